@@ -124,12 +124,26 @@ def test_no_kind_of_topic_is_left_out() -> None:
     }
 
 
-def test_edges_of_all_planned_graphs_are_open_during_the_whole_flight_and_no_others(
-    cyclone: CycloneProgram, participants: Participants, tmp_path: Path
+LINE, RING = "graph={kind: line}", "graph={kind: ring}"
+"""Over the ring the first and the fourth satellite read each other too, over neither the first and third."""
+
+
+@pytest.mark.parametrize(
+    ("changes", "further"),
+    [
+        pytest.param(["graph_schedule=[{at: 100.0, graph: {kind: ring}}]"], None, id="in the scenario"),
+        pytest.param([], RING, id="for a service"),
+    ],
+)
+def test_edges_of_all_possible_graphs_are_open_during_the_whole_flight_and_no_others(
+    changes: list[str],
+    further: str | None,
+    cyclone: CycloneProgram,
+    participants: Participants,
+    tmp_path: Path,
 ) -> None:
-    # one - two - three - four, then one - two and one - four: nobody ever reads across from one to three.
-    scenario = four_satellites("graph={kind: line}", "graph_schedule=[{at: 100.0, graph: {kind: ring}}]")
-    make(scenario, tmp_path / "keystore", 30, ANY_DOMAIN)
-    nodes = permitted(BASIC, heard("graph={kind: ring}"))
+    graph = None if further is None else four_satellites(further).possible_graph()
+    make(four_satellites(LINE, *changes), tmp_path / "keystore", 30, ANY_DOMAIN, graph)
+    nodes = permitted(BASIC, heard(RING))
     flying = all_at_once(participants, cyclone, tmp_path / "keystore", nodes, own_checks=False)
     assert_enforced(nodes, flying)

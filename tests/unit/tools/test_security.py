@@ -9,14 +9,18 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
 from cryptography import x509
 
 from flights import shipped
 from satform.communication.topic_table import topic_name
+from satform.consensus.graph import Graph
 from satform.flight.compile import compile_scenario
 from satform_bringup.deployment import multi_host_discovery, security
 from satform_bringup.deployment.node_processes import processes
+from satform_nodes.plant.permitted_edges import permitted_graph
+from satform_nodes.plant.services import wanted_graph
 from satform_tools.cli import main as cli
 from satform_tools.describe.scenario import describe
 from satform_tools.errors import CommandError
@@ -84,6 +88,73 @@ def test_a_satellite_may_hear_whom_any_graph_of_the_schedule_lets_it_hear(tmp_pa
     assert {"rt/sat2/arc_length", "rt/sat3/arc_length"} <= heard
     topic = next(entry for entry in describe(scenario)["topics"] if entry["topic"] == "/sat1/arc_length")
     assert topic["to"] == ["sat2", "sat3"]
+
+
+LINE = "graph={kind: line}"
+"""The first and the third of three satellites do not read each other's phases."""
+
+
+def permitted_by(folder: Path, *changes: str) -> Graph:
+    """Edges that the plant takes from a keystore."""
+    environment = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_KEYSTORE": str(folder)}
+    found = permitted_graph(compile_scenario(shipped("triangle", *changes)), environment)
+    assert found is not None
+    return found
+
+
+def test_keys_hold_for_the_edges_that_a_service_may_use_and_for_no_others(tmp_path: Path) -> None:
+    further = Graph(np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+    make(shipped("triangle", LINE), tmp_path / "keystore", 30, ANY_DOMAIN, further)
+    read = {name: granted(tmp_path / "keystore", name, "subscribe") for name in ("sat1", "sat3")}
+    assert {"rt/sat2/arc_length", "rt/sat3/arc_length"} <= read["sat1"]
+    assert "rt/sat2/arc_length" in read["sat3"]
+    assert "rt/sat1/arc_length" not in read["sat3"]
+    expected = [[0, 1, 1], [1, 0, 1], [0, 1, 0]]
+    assert permitted_by(tmp_path / "keystore", LINE).adjacency.tolist() == expected
+
+
+def test_the_plant_of_a_secured_flight_rejects_edges_without_keys(tmp_path: Path) -> None:
+    plan = compile_scenario(shipped("triangle", LINE))
+    make(shipped("triangle", LINE), tmp_path / "keystore", 30, ANY_DOMAIN)
+    ring = [0, 1, 1, 1, 0, 1, 1, 1, 0]
+    assert permitted_graph(plan, {}) is None
+    assert wanted_graph(ring, plan).adjacency.ravel().tolist() == ring
+    with pytest.raises(ValueError, match="sat1 has no permission to read what sat3 publishes: make the"):
+        wanted_graph(ring, plan, permitted_by(tmp_path / "keystore", LINE))
+    fewer = [0, 1, 0, 0, 0, 0, 0, 0, 0]
+    assert wanted_graph(fewer, plan, permitted_by(tmp_path / "keystore", LINE)).edges == ((1, 0),)
+
+
+@pytest.mark.parametrize("text", [None, "<policy"])
+def test_without_a_list_of_permissions_the_plant_keeps_to_the_edges_of_the_scenario(
+    text: str | None, tmp_path: Path
+) -> None:
+    if text is not None:
+        (tmp_path / "policies.xml").write_text(text)
+    assert permitted_by(tmp_path, LINE).adjacency.tolist() == [[0, 1, 0], [1, 0, 1], [0, 1, 0]]
+
+
+def test_further_edges_are_an_option_of_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "keystore"
+    words = ["security", "triangle", "--set", LINE, "--out", str(out), "--possible-graph"]
+    assert cli.main([*words, "{kind: rign}"]) == 2
+    assert "--possible-graph {kind: rign}" in capsys.readouterr().err
+    assert not out.exists()
+    assert cli.main([*words, "{kind: ring}"]) == 0
+    assert "rt/sat3/arc_length" in granted(out, "sat1", "subscribe")
+
+
+def test_a_formation_that_cannot_use_further_edges_gets_no_keys_for_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "keystore"
+    other_way = "{kind: matrix, rows: [[0,0,1],[1,0,0],[0,1,0]]}"
+    words = ["security", "directed_triangle_close", "--out", str(out), "--possible-graph", other_way]
+    assert cli.main(words) == 2
+    assert "needs its messages at every step" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_only_the_plant_may_be_asked_to_pause_or_stop_the_formation(keystore: Path) -> None:

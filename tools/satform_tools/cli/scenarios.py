@@ -131,6 +131,14 @@ def security(
             help="The only DDS domain for which the keys are valid; by default all from 0 to 230.",
         ),
     ] = None,
+    possible_graph: Annotated[
+        str | None,
+        typer.Option(
+            metavar="GRAPH",
+            help="Further edges that /formation/set_graph may use in flight, as the field graph of a "
+            "scenario, for example '{kind: complete}'; by default none.",
+        ),
+    ] = None,
     changes: Changes = None,
     json: Json = False,
 ) -> None:
@@ -141,7 +149,11 @@ def security(
     from satform_tools.run import scenario_library
     from satform_tools.security import command
 
-    command.secure(scenario_library.load(scenario, changes or ()), out, days, domain, as_json=json)
+    loaded = scenario_library.load(scenario, changes or ())
+    further = None
+    if possible_graph is not None:
+        further = command.further_graph(scenario, changes or (), possible_graph)
+    command.secure(loaded, out, days, domain, further, as_json=json)
 
 
 def report(

@@ -2,10 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Permissions of each node: topics and services by the communication graph, as lists of names."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from satform.communication.topic_table import PLANT, RECORDER, channels
-from satform.flight.compile import topic_plan
+from satform.consensus.graph import Graph
+from satform.flight.compile import compile_scenario, topic_plan
 from satform.scenario import Scenario
 from satform_bringup.deployment.security import ENCLAVES
 
@@ -57,17 +60,26 @@ class Access:
         return f"{ENCLAVES}/{self.node}"
 
 
-def accesses(scenario: Scenario) -> list[Access]:
+def accesses(scenario: Scenario, further: Graph | None = None) -> list[Access]:
     """The access of each node of a formation, no more than it needs.
 
     Args:
         scenario: of the formation.
+        further: edges that `/formation/set_graph` is to be able to use beside those that the scenario has at
+            some time.
 
     Returns:
         Plant, satellites in their order, recorder, operator.
+
+    Raises:
+        ValueError: this formation cannot use such edges in flight.
     """
     from satform_nodes.plant import reconfiguration, services  # noqa: PLC0415 - needs ROS
 
+    plan = topic_plan(scenario)
+    if further is not None:
+        services.wanted_graph(further.adjacency.ravel(), compile_scenario(scenario))
+        plan = replace(plan, graph=Graph(np.maximum(plan.graph.adjacency, further.adjacency)))
     action = f"{reconfiguration.RECONFIGURE}/_action"
     offers = (
         *(services.PAUSE, services.RESUME, services.STEP, services.STOP, services.SET_GRAPH),
@@ -76,7 +88,7 @@ def accesses(scenario: Scenario) -> list[Access]:
     names = [PLANT, *(satellite.name for satellite in scenario.satellites), RECORDER]
     publishes: dict[str, list[str]] = {name: [] for name in names}
     subscribes: dict[str, list[str]] = {name: [] for name in names}
-    for channel in channels(topic_plan(scenario)):
+    for channel in channels(plan):
         for name in channel.publishers:
             publishes[name].append(channel.topic)
         for name in channel.subscribers:

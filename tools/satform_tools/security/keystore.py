@@ -13,13 +13,12 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, pkcs7
 from cryptography.x509.oid import NameOID
 
+from satform.consensus.graph import Graph
 from satform.scenario import Scenario
+from satform_nodes.plant.permitted_edges import POLICIES
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.security import permission_documents
 from satform_tools.security.access import Access, accesses
-
-POLICIES = "policies.xml"
-"""In a keystore: the policies of all nodes in the format of SROS 2."""
 
 _AUTHORITY = "satform"
 
@@ -47,7 +46,9 @@ class Authority:
         return builder.sign(Encoding.SMIME, options)
 
 
-def make(scenario: Scenario, folder: Path, days: int, domains: tuple[int, int]) -> list[Access]:
+def make(
+    scenario: Scenario, folder: Path, days: int, domains: tuple[int, int], further: Graph | None = None
+) -> list[Access]:
     """Make the keystore of a formation.
 
     Args:
@@ -55,14 +56,19 @@ def make(scenario: Scenario, folder: Path, days: int, domains: tuple[int, int]) 
         folder: new or empty.
         days: for which the certificates hold.
         domains: first and last DDS domain in which the nodes may take part.
+        further: edges beside those of the scenario, as for `accesses`.
 
     Returns:
         What each node may do.
 
     Raises:
-        CommandError: the folder holds something already, or cannot be written to.
+        CommandError: the folder holds something already, or cannot be written to; or the formation cannot use
+            these edges in flight.
     """
-    granted = accesses(scenario)
+    try:
+        granted = accesses(scenario, further)
+    except ValueError as error:
+        raise CommandError(f"--possible-graph: {error}") from None
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
             raise CommandError(f"{folder} already exists and is not an empty folder; name another with --out")

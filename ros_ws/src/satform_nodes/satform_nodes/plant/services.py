@@ -5,6 +5,7 @@
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 from rclpy.node import Node
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
@@ -13,6 +14,7 @@ from satform.communication.topic_table import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Event, TopologyChanged
+from satform_nodes.plant.permitted_edges import permitted_graph
 
 PAUSE = "/formation/pause"
 RESUME = "/formation/resume"
@@ -55,6 +57,7 @@ class FormationServices:
 
     def __init__(self, node: Node, control: FlightControl) -> None:
         self._control = control
+        self._permitted = permitted_graph(control.plan)
         node.create_service(Trigger, relative(PAUSE), self._pause)
         node.create_service(Trigger, relative(RESUME), self._resume)
         node.create_service(Trigger, relative(STEP), self._step)
@@ -88,7 +91,7 @@ class FormationServices:
         if self._control.last_step_taken:
             return _failed(reply, "the last step has been taken")
         try:
-            graph = wanted_graph(request.adjacency, self._control.plan)
+            graph = wanted_graph(request.adjacency, self._control.plan, self._permitted)
         except ValueError as error:
             return _failed(reply, str(error))
         reply.step = self._control.schedule_event(
@@ -97,12 +100,13 @@ class FormationServices:
         return _done(reply, f"takes effect at step {reply.step}")
 
 
-def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
+def wanted_graph(adjacency: Any, plan: FormationPlan, permitted: Graph | None = None) -> Graph:
     """Validate the graph of a request.
 
     Args:
         adjacency: row-major, of zeros and ones, shape (N * N,).
         plan: of the flight's parts.
+        permitted: edges for which satellites have permissions; None when they need none.
 
     Returns:
         The graph.
@@ -121,21 +125,43 @@ def wanted_graph(adjacency: Any, plan: FormationPlan) -> Graph:
         raise ValueError("adjacency has a 1 on its diagonal: a satellite is not its own neighbour")
     if plan.announces == "motion":
         raise ValueError("a satellite that follows a neighbour needs its messages at every step")
-    new = matrix > plan.membership.possible_graph.adjacency
-    points = plan.points_at_satellites
-    if points and new.any():
+    _require_possible(matrix > plan.membership.possible_graph.adjacency, plan)
+    if permitted is not None:
+        _require_permitted(matrix > permitted.adjacency, plan)
+    return Graph(matrix)
+
+
+def _require_possible(new: NDArray[np.bool_], plan: FormationPlan) -> None:
+    """Raise if edges that the scenario has at no time are wanted and cannot be had."""
+    if not new.any():
+        return
+    if plan.points_at_satellites:
         raise ValueError(
             "satellites that point at each other need the edges of the scenario: only edges that the "
             "scenario has at some time can be used"
         )
-    if plan.links.links is not None and new.any():
-        receiver, sender = (int(index) for index in np.argwhere(new)[0])
-        names = list(plan.names)
+    if plan.links.links is not None:
+        receiver, sender = _ends_of_first(new, plan)
         raise ValueError(
-            f"{names[receiver]} has no link from {names[sender]} in this scenario, which has a field "
+            f"{receiver} has no link from {sender} in this scenario, which has a field "
             "links: only edges that the scenario has at some time can be used"
         )
-    return Graph(matrix)
+
+
+def _require_permitted(new: NDArray[np.bool_], plan: FormationPlan) -> None:
+    """Raise if edges are wanted for which the keys have no permissions."""
+    if new.any():
+        receiver, sender = _ends_of_first(new, plan)
+        raise ValueError(
+            f"{receiver} has no permission to read what {sender} publishes: make the keystore with "
+            "--possible-graph, with all edges that the flight may need"
+        )
+
+
+def _ends_of_first(new: NDArray[np.bool_], plan: FormationPlan) -> tuple[str, str]:
+    """Names of receiver and sender of the first of some edges."""
+    receiver, sender = (int(index) for index in np.argwhere(new)[0])
+    return plan.names[receiver], plan.names[sender]
 
 
 def _done(reply: Any, sentence: str) -> Any:
