@@ -31,16 +31,24 @@ def seen(observer: Node, node: str) -> Access:
     return Access(node, *(tuple(sorted(name for name, _ in look)) for look in looks))
 
 
+# Each hears the next; sensors and thrusters add topics, and so do estimates and standard messages.
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        (
+            "noisy_navigation",
+            (
+                "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}",
+                "satellite_defaults.thruster={dry_mass: 12.0}",
+            ),
+        ),
+        ("laser_ranging_triangle", ("graph={kind: line}", "publish_sensor_messages=true")),
+    ],
+)
 def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
-    fleet: Callable[..., list], observer: Node, tmp_path: Path
+    name: str, changes: tuple[str, ...], fleet: Callable[..., list], observer: Node, tmp_path: Path
 ) -> None:
-    # Each hears the next; sensors and thrusters add topics.
-    scenario = shortened(
-        "noisy_navigation",
-        50_000.0,
-        "graph={kind: matrix, rows: [[0,1,0],[0,0,1],[1,0,0]]}",
-        "satellite_defaults.thruster={dry_mass: 12.0}",
-    )
+    scenario = shortened(name, 50_000.0, *changes)
     permitted = [access for access in accesses(scenario) if access.node != "operator"]
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())

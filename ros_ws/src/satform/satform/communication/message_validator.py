@@ -68,6 +68,7 @@ class MessageValidator:
         *,
         exact: bool = True,
         unbounded: tuple[int, int] = (0, 0),
+        largest: float = LARGEST,
     ) -> None:
         """Nothing has been validated yet.
 
@@ -79,6 +80,7 @@ class MessageValidator:
             exact: whether a message has the stamp of its step; else it may have that of an earlier one.
             unbounded: first of the numbers that may have any value, and the first one after them, by their
                 indices among the fields of the form.
+            largest: magnitude above which no other number lies.
         """
         self.repeated = 0
         self._topic = topic
@@ -87,6 +89,7 @@ class MessageValidator:
         self._stamps = stamps
         self._exact = exact
         self._unbounded = unbounded
+        self._largest = largest
         self._lengths = tuple(
             (index, sum(other.startswith(f"{name.removesuffix('.length')}[") for other in form.fields))
             for index, name in enumerate(form.fields)
@@ -119,7 +122,7 @@ class MessageValidator:
         if not isfinite(sum(values)):
             self._reject("not finite")
             return None
-        if max(values) > LARGEST or min(values) < -LARGEST:
+        if max(values) > self._largest or min(values) < -self._largest:
             self._reject("out of range")
             return None
         if step < first:

@@ -46,7 +46,7 @@ from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_forms import form_of, unbounded_fields
+from satform_nodes.transport.message_forms import form_of, largest_number, unbounded_fields
 from satform_nodes.transport.node_error import NodeError
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
@@ -249,6 +249,7 @@ class RecorderNode:
                 self._stamps,
                 exact=kind not in EARLIER_STAMPS,
                 unbounded=unbounded_fields(kind, self._topics, about),
+                largest=largest_number(kind),
             )
         self._channels.append(channel)
 

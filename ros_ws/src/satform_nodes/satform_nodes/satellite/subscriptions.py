@@ -19,7 +19,7 @@ from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
-from satform_nodes.transport.message_forms import form_of, unbounded_fields
+from satform_nodes.transport.message_forms import form_of, largest_number, unbounded_fields
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,7 @@ class SatelliteSubscriptions:
             self._stamps,
             exact=kind not in EARLIER_STAMPS,
             unbounded=unbounded_fields(kind, self._topics, about),
+            largest=largest_number(kind),
         )
 
     def _subscribe_to(

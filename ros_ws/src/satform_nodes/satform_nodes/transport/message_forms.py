@@ -3,6 +3,7 @@
 """Layout of the messages of each topic of a flight, and which of their numbers may have any value."""
 
 from satform.communication import topic_table
+from satform.communication.message_validator import LARGEST
 from satform.communication.topic_table import TopicPlan, lengths_of
 from satform_nodes.transport.cdr_codec import Layout, layout
 from satform_nodes.transport.topic_types import TYPES
@@ -10,6 +11,9 @@ from satform_nodes.transport.topic_types import TYPES
 _LAST_UNBOUNDED = {"command": 1, "orbit_state": 6}
 """Numbers at the end of a message that may have any value: what a satellite reports as beyond every limit,
 and relative elements, which may be undefined."""
+
+_WITH_COVARIANCE = frozenset({"estimate", "navigation_estimate", "attitude_estimate"})
+"""Kinds with covariances, which are squares of what is bounded elsewhere."""
 
 _READINGS = 4
 """Fields of a message of readings before them: stamp, step, and their number."""
@@ -27,6 +31,11 @@ def form_of(kind: str, plan: TopicPlan, satellite: int) -> Layout:
         satellite: its index; of no importance for a topic of the formation.
     """
     return layout(TYPES[kind], topic_table.frame_of(kind), lengths_of(kind, plan, satellite))
+
+
+def largest_number(kind: str) -> float:
+    """Magnitude above which no number of a message of a kind lies, but for those that may have any value."""
+    return LARGEST * LARGEST if kind in _WITH_COVARIANCE else LARGEST
 
 
 def unbounded_fields(kind: str, plan: TopicPlan, satellite: int) -> tuple[int, int]:
