@@ -11,6 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from flights import shortened
+from satform.flight.simulate import simulate
+
 ROOT = Path(__file__).resolve().parents[2]
 USES_EVERYTHING = """
 import rclpy, satform, satform_msgs.msg, satform_nodes
@@ -39,7 +42,9 @@ def until_it_installs(venv, process):
 def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_builds_one_package(
     tmp_path, bare_environment
 ):
-    clone = tmp_path / "clone"
+    # A path with a blank and with letters of other scripts, and a locale that knows none of them.
+    clone = tmp_path / "zwei Wörter 轨道"
+    bare_environment |= {"LANG": "C", "LC_ALL": "C"}
     subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
 
     def satform(*arguments):
@@ -65,6 +70,13 @@ def test_a_first_use_killed_half_way_is_made_good_by_the_next_and_a_change_build
     second = satform("setup")
     assert (second.returncode, "building satform" in second.stderr) == (0, True), second.stderr
     assert "all of it works" in satform("exec", "python", "-c", USES_EVERYTHING).stdout
+
+    flight = satform(
+        "run", "triangle", "--set", "timing.duration=5.0", "--set", "expect=[]", "--out", "läuft"
+    )
+    assert flight.returncode == 0, flight.stdout + flight.stderr
+    flown = json.loads((tmp_path / "läuft" / "result.json").read_text(encoding="utf-8"))
+    assert flown["state_hash"] == simulate(shortened("triangle", 5.0)).digest()
 
     stamp = clone / "ros_ws" / "install" / "complete.json"
     before = json.loads(stamp.read_text())["built"]

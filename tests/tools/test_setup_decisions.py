@@ -20,6 +20,7 @@ from satform_setup.installer import asks_for_pip, wanted_requirements
 from satform_setup.layout import Layout, folder_digest, read_stamp, write_stamp
 from satform_setup.logged_process import end_orphans
 from satform_setup.ros_distribution import WHEELS, WHEELS_MARK, check_python_of_ros, find_ros
+from satform_setup.ros_wheels_fix import fix_file_names
 from satform_setup.variables import applied, base_variables, shell_variables
 from satform_setup.virtual_environment import remove_venv, venv_fits, wanted_venv
 
@@ -120,9 +121,36 @@ def test_a_nearly_full_disk_is_refused_before_any_work():
 
 
 def test_a_folder_that_cannot_stand_in_a_search_path_is_refused(tmp_path):
-    machine.check_folder(tmp_path)
+    machine.check_folder(tmp_path, WHEELS)
     with pytest.raises(SetupError, match="':' in its path"):
-        machine.check_folder(tmp_path / "a:b")
+        machine.check_folder(tmp_path / "a:b", WHEELS)
+
+
+def test_a_folder_with_other_letters_than_ascii_is_refused_with_an_installed_ros_alone(tmp_path):
+    folder = tmp_path / "Zürich"
+    folder.mkdir()
+    machine.check_folder(folder, WHEELS)
+    with pytest.raises(
+        SetupError, match="has 'ü' in its path, which the installed ROS cannot build messages in"
+    ):
+        machine.check_folder(folder, "/opt/ros/jazzy")
+    machine.check_folder(tmp_path, "/opt/ros/jazzy")
+
+
+def test_the_list_of_files_is_read_as_utf8_only_where_the_folder_needs_it(tmp_path):
+    for name in ("plain", "Zürich"):
+        path = tmp_path / name / ".venv" / "share/rosidl_adapter/cmake/rosidl_adapt_interfaces.cmake"
+        path.parent.mkdir(parents=True)
+        path.write_text('  file(STRINGS "${idl_output}" idl_tuples)\n')
+        cached = tmp_path / f"{name} in the cache"
+        cached.hardlink_to(path)
+        fix_file_names(Layout(tmp_path / name))
+        fix_file_names(Layout(tmp_path / name))
+        assert path.read_text().count("ENCODING UTF-8") == (name == "Zürich")
+        assert "ENCODING" not in cached.read_text()
+    path.write_text("something else")
+    with pytest.raises(SetupError, match="does not read its list of files by"):
+        fix_file_names(Layout(tmp_path / "Zürich"))
 
 
 def test_a_shell_without_ros_gets_the_wheels_and_a_sourced_jazzy_is_used():

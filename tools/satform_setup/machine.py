@@ -33,7 +33,7 @@ def check_machine(root: Path, ros: str, environment: Mapping[str, str]) -> None:
     Raises:
         SetupError: something is missing.
     """
-    check_folder(root)
+    check_folder(root, ros)
     check_python_of_ros(ros, sys.version_info[:2])
     if ros == WHEELS:
         check_platform(platform.system(), platform.machine(), sys.maxsize, glibc_version())
@@ -41,11 +41,12 @@ def check_machine(root: Path, ros: str, environment: Mapping[str, str]) -> None:
     check_space(shutil.disk_usage(root).free)
 
 
-def check_folder(root: Path) -> None:
+def check_folder(root: Path, ros: str) -> None:
     """Refuse a folder in which build tools cannot work.
 
     Args:
         root: the project's folder.
+        ros: where ROS comes from, see `find_ros`.
 
     Raises:
         SetupError: its path cannot stand in a search path, or it may not be written.
@@ -57,10 +58,12 @@ def check_folder(root: Path) -> None:
             "handle; move the project to a folder without it"
         )
     foreign = next((sign for sign in str(root) if not sign.isascii()), None)
-    if foreign is not None:
+    # In the wheels, which are in a folder of this project, that is mended: see `ros_wheels_fix`.
+    if foreign is not None and ros != WHEELS:
         raise SetupError(
-            f"the project's folder {str(root)!r} has {foreign!r} in its path, which ROS's build tools cannot "
-            "handle: they read and write ASCII; move the project to a folder without it"
+            f"the project's folder {str(root)!r} has {foreign!r} in its path, which the installed ROS cannot "
+            "build messages in: its rosidl_adapter reads the names of files as ASCII; move the project to a "
+            "folder without it, or use a shell that has sourced no ROS"
         )
     if not os.access(root, os.W_OK):
         raise SetupError(f'may not write in {root}; take ownership of it: sudo chown -R "$USER" {root}')

@@ -70,6 +70,7 @@ def make_venv(job: Job) -> None:
     """
     from satform_setup.installer import install_requirements  # noqa: PLC0415 - later starts do without
     from satform_setup.logged_process import Progress, run_logged  # noqa: PLC0415
+    from satform_setup.ros_wheels_fix import fix_file_names  # noqa: PLC0415
 
     layout = job.layout
     layout.venv.mkdir()
@@ -86,6 +87,8 @@ def make_venv(job: Job) -> None:
     if outcome.code:
         raise SetupError(f"{' '.join(command)} failed; its output: {layout.log}")
     install_requirements(job, variables)
+    if job.ros == WHEELS:
+        fix_file_names(layout)
     write_stamp(layout.venv_stamp, wanted_venv(layout, job.ros))
 
 

@@ -14,8 +14,6 @@ import pytest
 from satform_bringup.deployment import preflight
 from satform_bringup.deployment.preflight import PreflightError
 from satform_bringup.supervisor import process_server
-from satform_setup.errors import SetupError
-from satform_setup.machine import check_folder
 
 OF_A_SHELL = (
     *preflight.UNUSED_VARIABLES,
@@ -134,13 +132,3 @@ def test_what_a_flight_does_not_need_is_taken_away(monkeypatch: pytest.MonkeyPat
     assert preflight.unused_variables() == ["ROS_DISCOVERY_SERVER"]
     preflight.remove_unused_variables()
     assert "ROS_DISCOVERY_SERVER" not in os.environ
-
-
-def test_a_project_in_a_folder_with_other_letters_than_ascii_is_refused_before_it_is_built(
-    tmp_path: Path,
-) -> None:
-    folder = tmp_path / "Zürich"
-    folder.mkdir()
-    with pytest.raises(SetupError, match="has 'ü' in its path, which ROS's build tools cannot handle"):
-        check_folder(folder)
-    check_folder(tmp_path)
