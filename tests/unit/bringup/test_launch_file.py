@@ -3,6 +3,8 @@
 """The launch file starts what `satform run` starts; with ROS 2's own launch where that is installed."""
 
 import importlib.util
+import os
+import subprocess
 import sys
 import types
 from collections.abc import Callable
@@ -122,6 +124,27 @@ def test_a_launch_flies_in_lockstep_and_takes_changes_as_a_run_does(launch_file:
     changes = ("timing.duration=60.0", "expect=[]")
     launched(launch_file, scenario="triangle", mode="lockstep", set=" ".join(changes), out=str(tmp_path))
     assert load_scenario(tmp_path / "scenario.json") == shipped("triangle", *changes)
+
+
+def test_whoever_starts_an_external_satellite_finds_the_launch_by_a_file_of_its_folder(
+    launch_file: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(launch_file, "hold_shell_domain", lambda *_: 17)
+    external = "satellites[sat2].external=true"
+    message, *nodes = launched(launch_file, scenario="triangle", out=str(tmp_path), set=external)
+    assert [node["exec_name"] for node in nodes] == ["plant", "sat1", "sat3", "recorder"]
+    file = tmp_path / "environment.sh"
+    wanted = "waiting up to 120 s for the node /sat2, which somebody else starts; in the shell that does"
+    assert message["msg"] == f"{wanted}: . {file}"
+    sourced = subprocess.run(
+        ["sh", "-c", f'. "{file}"; env'], capture_output=True, text=True, check=True, env={"PATH": os.defpath}
+    )
+    found = dict(line.split("=", 1) for line in sourced.stdout.splitlines())
+    of_a_node = {name: value for name, value in nodes[0]["additional_env"].items() if name != "ROS_LOG_DIR"}
+    assert (
+        found.items()
+        >= {"ROS_DOMAIN_ID": "17", **{name: value for name, value in of_a_node.items() if value}}.items()
+    )
 
 
 def test_in_real_time_every_node_is_told_the_rate(launch_file: Any, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from satform.membership.formation import MembershipPlan, is_lost_at, rejoins_aft
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE
-from satform_bringup.deployment import local_discovery, preflight
+from satform_bringup.deployment import external_nodes, local_discovery, preflight
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result
 from satform_bringup.supervisor.run_registry import hold_shell_domain
@@ -86,7 +86,7 @@ def generate_launch_description() -> LaunchDescription:
     )
 
 
-def _nodes(context: LaunchContext) -> list[Node]:
+def _nodes(context: LaunchContext) -> list[Node | LogInfo]:
     refuse_unknown_arguments(sys.argv, Path(__file__).name, ARGUMENTS)
     asked = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     if not asked["group"].isdecimal() or int(asked["group"]) < 1:
@@ -99,7 +99,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
         context.launch_configurations[_NAMESPACE] = f"{pushed}/{asked['namespace'].strip('/')}"
     # Two formations in one namespace of a domain would receive each other's messages. Observers find the run
     # by this registration.
-    hold_shell_domain(scenario.name, out, context.launch_configurations.get(_NAMESPACE, ""))
+    namespace = context.launch_configurations.get(_NAMESPACE, "")
+    domain = hold_shell_domain(scenario.name, out, namespace)
     scenario_file = out / SCENARIO_FILE
     save_scenario(scenario, scenario_file)
     bag = out / BAG_FOLDER if asked["record"] == "true" else None
@@ -111,10 +112,15 @@ def _nodes(context: LaunchContext) -> list[Node]:
     )
     preflight.require(len(started))
     preflight.remove_unused_variables()
-    environment = local_discovery.variables(len(started), len(scenario.satellites), out)
+    count = len(started) + len(plan.external)
+    environment = local_discovery.variables(count, len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
     flight = _Flight(scenario, plan.membership, bag, environment)
-    return [_node(process, flight) for process in started]
+    nodes = [_node(process, flight) for process in started]
+    if not plan.external:
+        return nodes
+    external_nodes.write_environment(out, domain, environment)
+    return [LogInfo(msg=external_nodes.awaited(plan, out, namespace)), *nodes]
 
 
 def _rate(text: str) -> float:
