@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The example in Python with one fault, given by name: each breaks one rule of docs/interface.md."""
 
+import ctypes
 import math
 import sys
 from pathlib import Path
@@ -41,6 +42,46 @@ class OtherInterface(ForeignSatellite):
             publish = made.publish
             made.publish = lambda message: (setattr(message, "interface", 99), publish(message))
         return made
+
+
+class TypeSupport(ctypes.Structure):
+    """`rosidl_message_type_support_t` of rosidl_runtime_c."""
+
+    _fields_ = tuple(
+        (name, ctypes.c_void_p)
+        for name in ("identifier", "data", "find", "type_hash", "type_description", "sources")
+    )
+
+
+class TypeHash(ctypes.Structure):
+    """`rosidl_type_hash_t` of rosidl_runtime_c."""
+
+    _fields_ = (("version", ctypes.c_uint8), ("value", ctypes.c_uint8 * 32))
+
+
+class OtherDefinition(ForeignSatellite):
+    """V2: built with another definition of Command, so that DDS announces another type hash."""
+
+    def __init__(self) -> None:
+        capsule = ctypes.pythonapi
+        capsule.PyCapsule_GetPointer.restype = ctypes.c_void_p
+        capsule.PyCapsule_GetPointer.argtypes = (ctypes.py_object, ctypes.c_char_p)
+        capsule.PyCapsule_New.restype = ctypes.py_object
+        capsule.PyCapsule_New.argtypes = (ctypes.c_void_p, ctypes.c_char_p, ctypes.c_void_p)
+        capsule.PyCapsule_GetName.restype = ctypes.c_char_p
+        capsule.PyCapsule_GetName.argtypes = (ctypes.py_object,)
+        kind: Any = type(Command)
+        kind.__import_type_support__()
+        self.name_of_capsule = capsule.PyCapsule_GetName(kind._TYPE_SUPPORT)
+        address = capsule.PyCapsule_GetPointer(kind._TYPE_SUPPORT, self.name_of_capsule)
+        self.other_hash = TypeHash(1, (ctypes.c_uint8 * 32)(*range(32)))
+        take_hash = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p)
+        self.take_hash = take_hash(lambda _support: ctypes.addressof(self.other_hash))
+        # The original is in memory that cannot be written to.
+        self.support = TypeSupport.from_buffer_copy(TypeSupport.from_address(address))
+        self.support.type_hash = ctypes.cast(self.take_hash, ctypes.c_void_p).value
+        kind._TYPE_SUPPORT = capsule.PyCapsule_New(ctypes.addressof(self.support), self.name_of_capsule, None)
+        super().__init__()
 
 
 class Impatient(ForeignSatellite):

@@ -41,6 +41,7 @@ FAULTS = {
     "Endless": "X1",
     "NotMatched": "R2",
     "OtherInterface": "V1",
+    "OtherDefinition": "V2",
     "NoFirstPhase": "S1",
     "Impatient": "S2",
     "WrongStamp": "S4",

@@ -129,6 +129,21 @@ def test_satellite_of_another_interface_is_refused_at_once(
     assert sentence in " ".join(output.split())
 
 
+def test_satellite_with_another_definition_of_a_message_is_refused(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=20.0")
+    start_program(tmp_path / "run", [*FAULTY, "OtherDefinition"])
+    output, _ = flight.communicate(timeout=120)
+    assert flight.returncode == 3
+    sentence = (
+        "sat2 publishes /sat2/command with another definition of satform_msgs/msg/Command (RIHS01_00010203"
+    )
+    assert sentence in " ".join(output.split())
+
+
 def test_satellite_that_comes_twice_is_named(
     start_run: Callable[..., "subprocess.Popen[str]"],
     start_program: Callable[..., "subprocess.Popen[str]"],
