@@ -27,6 +27,8 @@ uv pip install --quiet --no-index --python venv/bin/python --find-links wheels s
 satform run triangle --set timing.duration=20.0 --set 'expect=[]' --quiet --out run
 satform list > list
 satform docs 2> rejected || true
+uv tool install --quiet --no-index --python venv/bin/python --find-links wheels satform-ros
+tools/satform run triangle --set timing.duration=20.0 --set 'expect=[]' --quiet --out run_of_tool
 """
 
 
@@ -58,7 +60,11 @@ def test_wheels_are_installed_without_network_and_compiler_and_fly_with_the_same
         (programs / name).symlink_to(str(shutil.which(name)))
     done = subprocess.run(
         [*isolated, str(shutil.which("sh")), "-c", INSTALLS_AND_FLIES],
-        env={"HOME": bare_environment["HOME"], "PATH": f"{tmp_path / 'venv' / 'bin'}:{programs}"},
+        env={
+            "HOME": bare_environment["HOME"],
+            "PATH": f"{tmp_path / 'venv' / 'bin'}:{programs}",
+            "UV_TOOL_BIN_DIR": str(tmp_path / "tools"),
+        },
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -67,9 +73,10 @@ def test_wheels_are_installed_without_network_and_compiler_and_fly_with_the_same
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    result = json.loads((tmp_path / "run" / "result.json").read_text())
-    assert (result["mode"], result["steps"]) == ("lockstep", 40)
-    assert result["state_hash"] == simulate(shortened("triangle", 20.0)).digest()
+    expected = simulate(shortened("triangle", 20.0)).digest()
+    for run in ("run", "run_of_tool"):
+        result = json.loads((tmp_path / run / "result.json").read_text())
+        assert (result["mode"], result["steps"], result["state_hash"]) == ("lockstep", 40, expected)
     assert "tandemx_helix" in (tmp_path / "list").read_text()
     assert "installed as a wheel" in (tmp_path / "rejected").read_text()
     (wheel,) = (tmp_path / "wheels").glob("satform_ros-*.whl")
