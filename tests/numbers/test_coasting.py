@@ -15,9 +15,9 @@ from satform.dynamics import coasting
 from satform.dynamics.coasting import CoastingDynamics, CoastingState
 from satform.dynamics.cw_error import two_body
 from satform.dynamics.inertial import InertialDynamics
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.stacked_models import StackedDynamics
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.time_scales import brahe_epoch
 

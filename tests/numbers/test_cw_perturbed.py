@@ -15,9 +15,9 @@ from satform.dynamics.cw_perturbed import (
     differential_central_gravity,
 )
 from satform.dynamics.integrators import TABLEAUS, FixedStep, exponential_step
-from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.orbital_forces import Gravity
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.truth_models import CwDynamicsSpec, CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.orbits.chief import ChiefOrbitSpec, CircularChief
 from satform.orbits.frames import ClosedEarthRotation
 

@@ -20,8 +20,8 @@ from satform.control.relative_elements import (
     motion_from_elements,
 )
 from satform.dynamics import cw
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.flight.simulate import simulate
 from satform.numeric import stacking
 from satform.orbits.chief import KeplerianChief

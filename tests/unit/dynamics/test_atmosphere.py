@@ -11,9 +11,9 @@ from pydantic import ValidationError
 
 from satform.dynamics.atmosphere import HarrisPriester, Nrlmsise00, atmosphere_of
 from satform.dynamics.atmosphere_specs import HarrisPriesterSpec, Nrlmsise00Spec
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import EPOCH
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.orbits.chief import earth_angle_at
 from satform.orbits.earth_orientation import without_file
 from satform.orbits.frames import ClosedEarthRotation

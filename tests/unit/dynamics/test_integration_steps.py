@@ -9,8 +9,8 @@ import pytest
 from flights import shortened
 from satform.dynamics.collocation import Collocation
 from satform.dynamics.integrators import TABLEAUS, FixedStep
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.scenario import ScenarioError
 

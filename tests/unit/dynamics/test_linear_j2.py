@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
 from satform.dynamics.linear_j2 import CrossTrack, InPlaneStep, J2Rates
-from satform.dynamics.models import CwDynamicsSpec, InertialDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.truth_models import CwDynamicsSpec, InertialDynamicsSpec, LinearJ2DynamicsSpec
 from satform.orbits.chief import ChiefOrbitSpec
 
 MU, RADIUS, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3

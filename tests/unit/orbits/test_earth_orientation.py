@@ -12,10 +12,10 @@ import pytest
 from pydantic import ValidationError
 
 from earth_orientation_table import finals
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.orbital_forces import FullEarthRotation
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import GravitySpec
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.files.named_file import FileSource, NamedFile
 from satform.flight.simulate import simulate
 from satform.orbits.earth_orientation import from_file, without_file

@@ -11,7 +11,7 @@ import pytest
 
 from satform.attitude.ground_pointing import GroundPointingSpec, ground_target
 from satform.attitude.satellite_pointing import SatellitePointingSpec
-from satform.dynamics.models import CwDynamicsSpec, InertialDynamicsSpec
+from satform.dynamics.truth_models import CwDynamicsSpec, InertialDynamicsSpec
 from satform.flight.compile_satellite import flight_plan
 from satform.orbits import earth, frames
 from satform.orbits.chief import earth_angle_at

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from flights import shipped
 from satform.dynamics.integration_error import integration_error
 from satform.dynamics.integrators import TABLEAUS, Adaptive, FixedStep
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.flight.simulate import simulate
 from satform.orbits.chief import KeplerianChief
 from satform.scenario import Scenario, ScenarioError, parse_scenario

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from satform.dynamics.models import (
+from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
+from satform.dynamics.truth_models import (
     CwDynamicsSpec,
     CwPerturbedDynamicsSpec,
     InertialDynamicsSpec,
     LinearJ2DynamicsSpec,
 )
-from satform.dynamics.protocol import DynamicsSetting, DynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 

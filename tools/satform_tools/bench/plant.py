@@ -14,10 +14,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from satform.dynamics.inertial import InertialDynamics
-from satform.dynamics.models import InertialDynamicsSpec
 from satform.dynamics.orbital_forces import gravitational_parameter
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import FixedStepSpec, GravitySpec
+from satform.dynamics.truth_models import InertialDynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import ChiefOrbitSpec
 from satform.orbits.time_scales import brahe_epoch

@@ -4,7 +4,7 @@
 
 from datetime import timedelta
 
-from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
+from satform.dynamics.truth_models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.scenario import Scenario
 
 

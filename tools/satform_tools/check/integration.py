@@ -9,8 +9,8 @@ import numpy as np
 from satform.control.coast import CoastSpec
 from satform.dynamics.collocation import NODES
 from satform.dynamics.integration_error import IntegrationError, integration_error
-from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.specs import AdaptiveSpec, CollocationSpec, FixedStepSpec
+from satform.dynamics.truth_models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.flight.compile_satellite import motion_at_start
 from satform.scenario import Scenario
 from satform_tools.check.linearisation import chief_orbit

@@ -13,7 +13,7 @@ from satform.control.protocol import ControllerSpec
 from satform.dynamics.cw_error import cw_error, eccentric_error, free_motion
 from satform.dynamics.formula_model import FormulaDynamicsSpec
 from satform.dynamics.j2_element_model import LOWEST_INCLINATION, J2ElementModel
-from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
+from satform.dynamics.truth_models import CwDynamicsSpec, CwPerturbedDynamicsSpec, LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec
 from satform.dynamics.yamanaka_ankersen import YamanakaAnkersenModel
 from satform.flight.compile_satellite import flight_plan

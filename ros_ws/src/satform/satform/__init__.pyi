@@ -46,10 +46,6 @@ from satform.dynamics.atmosphere_specs import HarrisPriesterSpec as HarrisPriest
 from satform.dynamics.atmosphere_specs import Nrlmsise00Spec as Nrlmsise00Spec
 from satform.dynamics.formula_model import FormulaConstantSpec as FormulaConstantSpec
 from satform.dynamics.formula_model import FormulaDynamicsSpec as FormulaDynamicsSpec
-from satform.dynamics.models import CwDynamicsSpec as CwDynamicsSpec
-from satform.dynamics.models import CwPerturbedDynamicsSpec as CwPerturbedDynamicsSpec
-from satform.dynamics.models import InertialDynamicsSpec as InertialDynamicsSpec
-from satform.dynamics.models import LinearJ2DynamicsSpec as LinearJ2DynamicsSpec
 from satform.dynamics.prescribed_disturbances import BoundedNoiseSpec as BoundedNoiseSpec
 from satform.dynamics.prescribed_disturbances import ConstantSpec as ConstantSpec
 from satform.dynamics.prescribed_disturbances import HarmonicSpec as HarmonicSpec
@@ -58,6 +54,10 @@ from satform.dynamics.specs import BodySpec as BodySpec
 from satform.dynamics.specs import CollocationSpec as CollocationSpec
 from satform.dynamics.specs import FixedStepSpec as FixedStepSpec
 from satform.dynamics.specs import GravitySpec as GravitySpec
+from satform.dynamics.truth_models import CwDynamicsSpec as CwDynamicsSpec
+from satform.dynamics.truth_models import CwPerturbedDynamicsSpec as CwPerturbedDynamicsSpec
+from satform.dynamics.truth_models import InertialDynamicsSpec as InertialDynamicsSpec
+from satform.dynamics.truth_models import LinearJ2DynamicsSpec as LinearJ2DynamicsSpec
 from satform.dynamics.velocity_dependent import VelocityDependentDynamicsSpec as VelocityDependentDynamicsSpec
 from satform.equipment.sensors.relative_motion import NavigationSpec as NavigationSpec
 from satform.equipment.thruster import ThrusterSpec as ThrusterSpec

@@ -17,8 +17,8 @@ import numpy as np
 from satform.attitude.ground_pointing import GroundPointingSpec, direction_of
 from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.common.spec import Complaint
-from satform.dynamics.models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSpec
+from satform.dynamics.truth_models import CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import as_utc, earth_angle_at
 from satform.orbits.frames import EarthRotation

@@ -14,9 +14,9 @@ from satform.common.spec import specs
 from satform.dynamics.cw import propagate
 from satform.dynamics.inertial import InertialDynamics
 from satform.dynamics.integrators import Adaptive, FixedStep
-from satform.dynamics.models import CwDynamicsSpec, CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.dynamics.protocol import DynamicsSetting
 from satform.dynamics.specs import GravitySpec
+from satform.dynamics.truth_models import CwDynamicsSpec, CwPerturbedDynamicsSpec, InertialDynamicsSpec
 from satform.orbits.chief import as_utc, semi_major_axis_of
 
 DATA = Path(__file__).parents[2] / "data"
@@ -155,6 +155,6 @@ def test_keplers_third_law_gives_the_reference_radius():
 
 
 def test_a_cw_run_loads_neither_brahe_nor_the_integrators_of_scipy():
-    code = "import sys, satform.dynamics.models; print({'brahe', 'scipy.integrate'} & set(sys.modules))"
+    code = "import sys, satform.dynamics.truth_models; print({'brahe', 'scipy.integrate'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
