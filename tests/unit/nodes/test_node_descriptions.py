@@ -124,6 +124,7 @@ OF_SENSORS = {
     "range": "/<satellite>/<ranging>_<target>",
     "imu": "/<satellite>/gyro",
     "orientation": "/<satellite>/star_tracker",
+    "fix": "/<satellite>/gnss",
 }
 """Names of topics that are called by their sensors, by the kinds of their messages."""
 
