@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from changed_keystores import sign_changed
 from enforced_access import all_at_once, all_topics, assert_enforced, refused_by
 from flights import shipped
 from formation_access import permitted
@@ -77,6 +78,21 @@ def test_a_node_is_held_to_its_permissions_by_its_own_dds(
     for participant in flying[: len(nodes)]:
         assert set(participant.refused) == refused_by(nodes, participant.name)
         assert set(participant.refused.values()) == {"Not Allowed By Security"}
+
+
+@pytest.mark.parametrize("kind", ["read", "write"])
+def test_such_a_node_would_be_seen_if_the_others_did_not_check_it(
+    kind: str, cyclone: CycloneProgram, participants: Participants, tmp_path: Path
+) -> None:
+    keystore = tmp_path / "keystore"
+    make(shipped("triangle", THREE_DIRECTED), keystore, 30, ANY_DOMAIN)
+    rule = f"<enable_{kind}_access_control>"
+    sign_changed(keystore, keystore / "enclaves" / "governance.p7s", f"{rule}true", f"{rule}false")
+    nodes = permitted(BASIC, THREE_HEARD)
+    flying = {one.name: one for one in all_at_once(participants, cyclone, keystore, nodes, own_checks=False)}
+    # Only sat1 may publish this phase, and of the satellites only sat3 may read it.
+    reader, writer = ("sat2", "sat1") if kind == "read" else ("sat3", "sat2")
+    assert flying[reader].received["rt/sat1/arc_length", writer] > 0
 
 
 @pytest.mark.parametrize("graph", [FOUR_DIRECTED, "graph={kind: star}"])

@@ -12,6 +12,7 @@ from cryptography.hazmat.primitives import hashes
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import Encoding, load_pem_private_key
 
+from changed_keystores import authority, enclave, sign_changed
 from flights import shipped
 from satform_tools.security.keystore import Authority, make
 from satform_tools.security.permission_documents import ANY_DOMAIN
@@ -34,24 +35,6 @@ SAMPLES = 5
 def keystore(tmp_path: Path) -> Path:
     make(shipped("triangle"), tmp_path / "keystore", 30, ANY_DOMAIN)
     return tmp_path / "keystore"
-
-
-def enclave(keystore: Path, node: str) -> Path:
-    return keystore / "enclaves" / "formation" / node
-
-
-def authority(keystore: Path) -> Authority:
-    certificate = x509.load_pem_x509_certificate((keystore / "public" / "ca.cert.pem").read_bytes())
-    key = load_pem_private_key((keystore / "private" / "ca.key.pem").read_bytes(), None)
-    assert isinstance(key, ec.EllipticCurvePrivateKey)
-    return Authority(certificate, key)
-
-
-def sign_changed(keystore: Path, document: Path, old: str, new: str) -> None:
-    """Replace a document by a changed one, signed by the authority of the keystore."""
-    text = document.with_suffix(".xml").read_text()
-    assert old in text
-    document.write_bytes(authority(keystore).sign(text.replace(old, new).encode()))
 
 
 def forge(document: Path, old: bytes, new: bytes) -> None:
