@@ -29,8 +29,8 @@ CYCLONE_CONFIGURATION = """<CycloneDDS><Domain id="any">
 <Discovery><Peers><Peer address="127.0.0.1"/></Peers><ParticipantIndex>auto</ParticipantIndex>
 <MaxAutoParticipantIndex>20</MaxAutoParticipantIndex><SPDPInterval>1s</SPDPInterval></Discovery>{security}
 </Domain></CycloneDDS>"""
-"""On loopback alone. Participants announce themselves every second, so that one that missed an announcement while
-it was busy does not wait for half a minute, the time between two by default."""
+"""On loopback alone. Participants announce themselves every second, so that one that missed an announcement
+while it was busy does not wait for half a minute, the time between two by default."""
 
 CYCLONE_SECURITY = """
 <Security>
