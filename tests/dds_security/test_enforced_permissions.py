@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cyclone DDS and Fast DDS let nodes do what the keystore permits, and refuse everything else."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,15 @@ from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
 from satform_tools.security.keystore import make
 from satform_tools.security.permission_documents import ANY_DOMAIN
-from secured_participants import CycloneProgram, FastDdsProgram, Participants
+from secured_participants import (
+    CycloneProgram,
+    FastDdsProgram,
+    NotBuiltError,
+    Participants,
+    Program,
+    build_cyclone,
+    build_fastdds,
+)
 
 BASIC = ("state", "arc_length", "command", "tracking", "parameter_changes")
 """Kinds of topics of a satellite without sensors and filters."""
@@ -132,6 +141,15 @@ def test_topics_of_equipment_reach_those_who_need_them_and_nobody_else(
     assert {f"rt{channel.topic}" for channel in channels(topic_plan(scenario))} <= set(all_topics(nodes))
     flying = all_at_once(participants, cyclone, tmp_path / "keystore", nodes, own_checks=False)
     assert_enforced(nodes, flying)
+
+
+@pytest.mark.parametrize("build", [build_cyclone, build_fastdds])
+def test_a_machine_that_cannot_build_the_participants_is_told_apart_from_a_failure(
+    build: Callable[[Path], Program], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(NotBuiltError, match="there is no"):
+        build(tmp_path)
 
 
 def test_no_kind_of_topic_is_left_out() -> None:
