@@ -3,7 +3,7 @@
 """The flight in which the rules are tried: start, steps, lost and late messages, changes, own loss, end."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from satform_msgs.msg import FormationStatus
@@ -28,10 +28,13 @@ _ANSWER = 10.0
 """Wall-clock time within which a node answers, s."""
 
 _QUIET = 0.5
-"""Wall-clock time for which a node must not answer, s; less when it shows that it has taken all messages."""
+"""Wall-clock time for which a node must not answer where it has no last messages to repeat, s."""
 
-_SHORTEST_QUIET = 0.1
-"""The least of it, s."""
+_SHORTEST_QUIET = 0.2
+"""The same where it repeats them and so shows that it has taken all messages, s."""
+
+_REPEATED = 2.0
+"""Wall-clock time within which a node repeats its last messages for a repeated status, s."""
 
 _STANDSTILL = 2.5
 """Wall-clock time for which a step does not go on, s; the plant repeats its status at least once a second."""
@@ -166,7 +169,7 @@ class Procedure:
         self._answer(advance=False)
         for _ in range(3):
             formation.repeat_state()
-        self._give_time(_QUIET)
+        self._give_time()
         step = formation.plant.step
         own = [command for command in formation.commands if command.step == step]
         # As text, in which a number that is none equals itself.
@@ -215,10 +218,14 @@ class Procedure:
         self._answer("S9")
 
     def _stand_still(self, step: int, until: Callable[[], bool] = lambda: False) -> None:
+        expected = len(self._repeated_messages())
         for _ in range(round(_STANDSTILL / _REPETITION)):
+            expected += 1
             self._formation.repeat_status()
             if self._formation.spin(_REPETITION, until):
                 break
+        # Those that come late would later be taken for answers to other statuses.
+        self._wait_for_repetitions(expected, _REPEATED)
         self._require_none("S2", "while a message of the step was missing", step)
 
     def _edges(self) -> None:
@@ -326,7 +333,7 @@ class Procedure:
             formation.neighbour_messages(formation.plant.step, self._senders)
             formation.states()
             formation.advance()
-        self._give_time(_QUIET)
+        formation.spin(_QUIET)
         for command in formation.commands:
             require("L3", False, f"a command for step {command.step} before the step of its return")
         while formation.plant.step < STEPS - 3:
@@ -413,27 +420,28 @@ class Procedure:
 
     def _quiet(self, rule: str, why: str) -> None:
         """Look that the node does not answer, though it had the time to."""
-        self._give_time(_QUIET)
+        self._give_time()
         self._require_none(rule, why, self._formation.plant.step)
 
-    def _give_time(self, seconds: float) -> None:
-        """Give the node time to take what was published, a wall-clock time in s at most.
+    def _give_time(self) -> None:
+        """Give the node time to take what was published.
 
-        It has taken it when two statuses, repeated one after the other, have each been answered by the last
-        command (rule S8).
+        It has taken it when statuses, repeated one after the other, have each been answered by the last
+        command (rule S8); one answer may be that to the status of a change before.
         """
-        formation = self._formation
-        end = time.monotonic() + seconds
-        formation.spin(_SHORTEST_QUIET)
-        for _ in range(2):
-            self._repeat_status(end - time.monotonic())
+        self._formation.spin(_SHORTEST_QUIET)
+        end = time.monotonic() + _REPEATED
+        for _ in range(3):
+            before = len(self._repeated_messages())
+            self._formation.repeat_status()
+            self._wait_for_repetitions(before + 1, end - time.monotonic())
 
-    def _repeat_status(self, seconds: float) -> None:
-        """Repeat the status, and wait until it has been answered, a wall-clock time in s at most."""
-        received = self._formation.commands or self._formation.announcements
-        before = len(received)
-        self._formation.repeat_status()
-        self._formation.spin(seconds, lambda: len(received) > before)
+    def _repeated_messages(self) -> Sequence[Any]:
+        """What the node repeats once for a repeated status: its last command, before the first its phase."""
+        return self._formation.commands or self._formation.announcements
+
+    def _wait_for_repetitions(self, count: int, seconds: float) -> None:
+        self._formation.spin(seconds, lambda: len(self._repeated_messages()) >= count)
 
     def _has_left(self) -> bool:
         """Whether the node that is lost has ended, or is ready to rejoin."""
