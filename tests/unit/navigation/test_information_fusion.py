@@ -255,3 +255,16 @@ def test_repeated_consensus_reaches_the_mean_information_of_all() -> None:
     for estimate in estimates:
         assert estimate.covariance[0, 0] == pytest.approx(1.0 / information, rel=1e-10)
         assert estimate.mean[0] == pytest.approx(weighted / information, rel=1e-10)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_an_estimate_that_is_none_is_left_out_and_the_others_are_used(rule: FusionRule) -> None:
+    own = GaussianEstimate(np.zeros(2), np.eye(2))
+    bad = NeighbourEstimate(1, GaussianEstimate(np.ones(2), np.array([[1.0, 9.0], [9.0, 1.0]])))
+    good = NeighbourEstimate(2, GaussianEstimate(np.ones(2), 0.25 * np.eye(2)))
+    third = np.full(3, 1.0 / 3.0)
+    found = fused(rule, own, [bad, good], third)
+    # Of isotropic covariances the smaller one has the whole weight, and equal shares the mean information.
+    least = 0.25 if rule == "covariance_intersection" else 1.0 / (0.5 + 0.5 / 0.25)
+    assert found.covariance == pytest.approx(least * np.eye(2), rel=1e-12)
+    assert fused(rule, own, [bad], third) is own

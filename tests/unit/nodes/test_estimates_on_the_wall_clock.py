@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """On the wall clock a satellite uses the newest estimate of each neighbour, late or not, once."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from satform.flight.compile import compile_scenario
 from satform.navigation.satellite_navigation import message_width
 from satform.protocol.formation_view import FormationView
 from satform.protocol.neighbour_messages import NeighbourMessages
+from satform.protocol.satellite_steps import SatelliteSteps
 
 STEP = 10
 CHIEF, DEPUTY, SIZE = 0, 1, 12
@@ -62,3 +65,13 @@ def test_a_late_estimate_is_used_in_the_step_after_its_arrival_and_not_again(
     assert used(messages, 7) == []
     messages.add_newest_estimate(CHIEF, estimate(7))
     assert used(messages, 8) == [[CHIEF, 6.0, 7.0]]
+
+
+def test_a_satellite_keeps_the_newest_estimates_of_which_the_step_is_past() -> None:
+    plan = compile_scenario(shortened("gnss_differential_pair", 100.0))
+    steps = SatelliteSteps(plan, DEPUTY, Mock(), Mock(), clocked=True)
+    steps.neighbour_messages.add_newest(CHIEF, phase(4))
+    validator = Mock()
+    validator.validate.return_value = estimate(3)
+    steps.take_estimate(CHIEF, validator, b"")
+    assert used(steps.neighbour_messages, 6) == [[CHIEF, 2.0, 3.0]]

@@ -62,7 +62,7 @@ def test_derived_quantities_have_the_bits_of_the_record(record: FlightRecord, na
 def test_who_does_not_fly_at_states_is_as_in_the_record(record: FlightRecord) -> None:
     assert record.absent.any()
     blocks = [part(record, 0, 100), part(record, 100, STEPS - 100)]
-    found = np.concatenate([block.absent_rows(block.steps + block.last) for block in blocks])
+    found = np.concatenate([absent_of_rows(block.absent, block.steps + block.last) for block in blocks])
     assert np.array_equal(found[:, 0], absent_of_rows(record.absent, record.steps + 1))
     assert [block.any_absent for block in blocks] == [bool(block.absent.any()) for block in blocks]
 

@@ -378,6 +378,7 @@ def _record(
         **attitude_estimates(turned, satellites, steps),
         **without("pointing", len(names), None),
         early_end=early_end,
+        clocked=contents.clocked,
         navigation=navigation(readings, estimates, topics, (steps, scenario.timing.step)),
         chief_source=None,
         link_source=None,

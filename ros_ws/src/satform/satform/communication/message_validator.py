@@ -7,6 +7,7 @@ message has no effect but to be counted, by topic and reason.
 """
 
 from collections import Counter
+from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
@@ -69,6 +70,7 @@ class MessageValidator:
         exact: bool = True,
         unbounded: tuple[int, int] = (0, 0),
         largest: float = LARGEST,
+        further: Callable[[tuple[Any, ...]], str] | None = None,
     ) -> None:
         """Nothing has been validated yet.
 
@@ -81,6 +83,8 @@ class MessageValidator:
             unbounded: first of the numbers that may have any value, and the first one after them, by their
                 indices among the fields of the form.
             largest: magnitude above which no other number lies.
+            further: called with the numbers of a message that passes all else; why it is rejected, or an
+                empty text.
         """
         self.repeated = 0
         self._topic = topic
@@ -90,6 +94,7 @@ class MessageValidator:
         self._exact = exact
         self._unbounded = unbounded
         self._largest = largest
+        self._further = further
         self._lengths = tuple(
             (index, sum(other.startswith(f"{name.removesuffix('.length')}[") for other in form.fields))
             for index, name in enumerate(form.fields)
@@ -128,6 +133,10 @@ class MessageValidator:
         if step < first:
             # A publisher retransmits when a step does not continue.
             self.repeated += 1
+            return None
+        reason = self._further(numbers) if self._further else ""
+        if reason:
+            self._reject(reason)
             return None
         return numbers
 

@@ -91,9 +91,9 @@ class UnsolvedPlans(OverWindow):
 
 
 def _unsolved_while_flying(block: FlightBlock) -> Array:
-    """Unsolved plans of each step, none while a satellite does not fly."""
+    """Unsolved plans of each step, none while a satellite computes nothing."""
     plans: Array = block.unsolved_plans
-    return np.where(block.absent_rows(len(plans)), 0.0, plans) if len(plans) else plans
+    return np.where(block.not_flown, 0.0, plans) if len(plans) else plans
 
 
 def largest_or_rms(stretch: Stretch, series: str, statistic: Literal["maximum", "rms"]) -> Reducer:

@@ -41,9 +41,9 @@ def central_estimate(plan: FormationPlan, record: FlightRecord) -> Array | None:
     numbers = SeededNormals(first.seed, FILTER_STREAM, [count], max(1, first.filter.draws))
     present = first.filter.start(first.prior, numbers.at(0)[0])
     found = np.empty((record.steps, count, SIZE))
-    # What a lost satellite measures reaches nobody.
+    # What a satellite measures that is lost, or skips the step, is used by no filter.
     readings = record.navigation.readings.copy()
-    readings[: record.steps][record.absent] = np.nan
+    readings[: record.steps][record.not_flown] = np.nan
     for step in range(record.steps):
         draws = numbers.at(step)[0]
         if step > 0:

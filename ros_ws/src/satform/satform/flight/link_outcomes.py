@@ -56,11 +56,11 @@ def link_history(plan: FormationPlan, record: FlightRecord, events: Plan) -> Lin
 
 
 def _linked(plan: FormationPlan, happened: Plan, record: FlightRecord, edges: Indices) -> Flags:
-    """Whether the graph has an edge, its sender flew in the step before, and its receiver flies, (K, E)."""
+    """Whether the graph has an edge, its sender flew one step before and its receiver flies, shape (K, E)."""
     senders, receivers = edges.T
     formation = Formation.of(plan.membership)
     found = np.zeros((record.steps, len(edges)), dtype=np.bool_)
-    absent = record.absent
+    absent = record.not_flown
     for step in range(record.steps):
         events = happened.get(step)
         if events:

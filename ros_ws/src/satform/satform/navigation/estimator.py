@@ -101,7 +101,8 @@ class Estimator:
         """The memory after steps without the flight software, up to the step before the next one.
 
         The estimate is propagated over the gap with its covariance, which grows by the process noise of each
-        step: the first measurement afterwards counts for more the longer the gap was.
+        step: the first measurement afterwards counts for more the longer the gap was. Of a gap that is longer
+        than a measurement can be late, the part before is propagated at once; readings of it are lost.
 
         Args:
             memory: of the last step before the gap.
@@ -109,18 +110,27 @@ class Estimator:
             commanded: held from that last step on, m/s^2, shape (..., 3).
             applied: in each step of the gap, m/s^2, shape (..., 3).
         """
-        meanwhile = (commanded, *(applied for _ in range(missed - 1)))
         now = Estimate(memory.state, memory.covariance)
         first = memory.step + len(memory.commands)
-        for number, acceleration in enumerate(meanwhile, first):
-            now = self.filter.predict(now, acceleration, number)
-        last = np.broadcast_to(self.max_consecutive_rejections - 1.0, memory.in_a_row.shape).copy()
+        last = first + missed
+        now = self.filter.predict(now, commanded, first)
+        # No measurement of an earlier step arrives after the gap.
+        earliest = last - self.latency - self.update + 1
+        anchor, step, commands = memory.anchor, memory.step, (*memory.commands, commanded)
+        if earliest > first + 1:
+            now = self.filter.predict_across(now, applied, first + 1, earliest - first - 1)
+            anchor, step, commands = now, earliest, ()
+        rest = range(step + len(commands), last)
+        for number in rest:
+            now = self.filter.predict(now, applied, number)
         return replace(
             memory,
-            commands=(*memory.commands, *meanwhile),
+            anchor=anchor,
+            step=step,
+            commands=(*commands, *(applied for _ in rest)),
             state=now.state,
             covariance=now.covariance,
-            in_a_row=last,
+            in_a_row=np.broadcast_to(self.max_consecutive_rejections - 1.0, memory.in_a_row.shape).copy(),
         )
 
     def observe(self, memory: EstimatorMemory, measurement: Measurement, command: Array) -> EstimatorMemory:

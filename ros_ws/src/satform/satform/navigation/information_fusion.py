@@ -27,7 +27,7 @@ from satform.dynamics.linear import multiply
 from satform.navigation.estimate import GaussianEstimate
 from satform.numeric.elementwise import Array
 from satform.numeric.matrix_algebra import product, symmetric, transposed
-from satform.numeric.positive_definite import log_determinant, solve
+from satform.numeric.positive_definite import NotPositiveDefiniteError, log_determinant, solve
 
 FusionRule = Literal["covariance_intersection", "information_consensus"]
 
@@ -87,12 +87,12 @@ def fused(
             weight of a neighbour without an estimate goes to the satellite itself.
 
     Returns:
-        `own` itself where nothing has arrived.
+        `own` itself where nothing has arrived. A neighbour's estimate that cannot be combined with it in
+        double precision is left out: it must not end the flight of the receiver.
     """
     if rule == "covariance_intersection":
         for neighbour in received:
-            weight = intersection_weight(own.covariance, neighbour.estimate.covariance)
-            own = intersection(own, neighbour.estimate, weight)
+            own = _with_one(own, neighbour.estimate, None) or own
         return own
     shares = [float(weights[neighbour.satellite]) for neighbour in received]
     total = 1.0
@@ -100,9 +100,29 @@ def fused(
         total -= share
     # The weighted mean of all is the one of the first two with the third, and so on.
     for neighbour, share in zip(received, shares, strict=True):
-        own = intersection(own, neighbour.estimate, total / (total + share))
-        total += share
+        combined = _with_one(own, neighbour.estimate, total / (total + share))
+        if combined is not None:
+            own = combined
+            total += share
     return own
+
+
+def _with_one(
+    own: GaussianEstimate, other: GaussianEstimate, weight: float | None
+) -> GaussianEstimate | None:
+    """The intersection of two estimates; None where it is not positive definite in double precision.
+
+    Args:
+        own: of the receiver.
+        other: of a neighbour.
+        weight: of the own information; None for the one that minimises the determinant.
+    """
+    try:
+        if weight is None:
+            weight = intersection_weight(own.covariance, other.covariance)
+        return intersection(own, other, weight)
+    except NotPositiveDefiniteError:
+        return None
 
 
 def intersection(first: GaussianEstimate, second: GaussianEstimate, weight: float) -> GaussianEstimate:

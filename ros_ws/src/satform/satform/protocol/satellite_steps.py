@@ -310,7 +310,12 @@ class SatelliteSteps:
 
     def take_estimate(self, neighbour: int, validator: MessageValidator, data: bytes) -> None:
         """Take in the joint estimate of a neighbour."""
-        last = self.step + 1 if self.flying and not self._clocked else ANY_STEP
+        if self._clocked:
+            fields = validator.validate(data, 0, ANY_STEP)
+            if fields is not None:
+                self.neighbour_messages.add_newest_estimate(neighbour, fields)
+            return
+        last = self.step + 1 if self.flying else ANY_STEP
         fields = validator.validate(data, self.step if self.flying else 0, last)
         if fields is None:
             return

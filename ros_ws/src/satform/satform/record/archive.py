@@ -37,7 +37,14 @@ def save_record(record: FlightRecord, path: Path) -> None:
     """
     arrays: dict[str, Any] = {**record.quantities(), **record.navigation_arrays()}
     end = None if record.early_end is None else record.early_end.data()
-    head = json.dumps({"satellites": record.satellites, "step": record.step, "early_end": end})
+    head = json.dumps(
+        {
+            "satellites": record.satellites,
+            "step": record.step,
+            "early_end": end,
+            "clocked": record.clocked,
+        }
+    )
     with durable_file(path) as file:
         np.savez(file, head=np.array(head), **arrays)
 
@@ -75,6 +82,7 @@ def load_record(path: Path) -> FlightRecord:
             float(head["step"]),
             **arrays,
             early_end=early_end,
+            clocked=bool(head.get("clocked", False)),
             navigation=_navigation(archive),
             chief_source=None,
             link_source=None,

@@ -92,6 +92,7 @@ class DerivedQuantities:
     """Whether each is computed once and cached, for the memory of its array."""
 
     step: float
+    clocked: bool
     position: Array
     velocity: Array
     measured_position: Array
@@ -201,6 +202,22 @@ class DerivedQuantities:
                 without &= self.acceleration[..., axis] == 0.0
         return without
 
+    @derived("", "reference_position", "acceleration", cached=True)
+    def not_flown(self) -> NDArray[np.bool_]:
+        """In which steps a satellite computes nothing, shape (K, ...): it does not fly, or skips the step.
+
+        On the wall clock a step is skipped when its state comes too late; the command before it is held. A
+        satellite of which no step has a reference does not publish it, and skips none.
+        """
+        if not self.clocked:
+            return self.absent
+        skipped: NDArray[np.bool_] = np.isnan(self.reference_position[..., 0])
+        if not skipped.any():
+            return skipped
+        for axis in (1, 2):
+            skipped &= np.isnan(self.reference_position[..., axis])
+        return self.absent | (skipped & ~skipped.all(axis=0))
+
 
 DERIVED: Mapping[str, Quantity] = {
     name: made.quantity for name, made in vars(DerivedQuantities).items() if isinstance(made, Derived)
@@ -223,6 +240,24 @@ def _error(values: Array, reference: Array) -> Array:
     """
     difference: Array = values[: len(reference)] - reference
     return difference
+
+
+def excusable_rows(not_flown: NDArray[np.bool_], rows: int, *, clocked: bool) -> NDArray[np.bool_]:
+    """Where what a satellite does not give may be left out, for rows of steps or of states.
+
+    Args:
+        not_flown: in which steps it computes nothing, shape (K, ...).
+        rows: how many, K or K + 1.
+        clocked: whether the flight went by the wall clock. A step that is skipped lacks the phase for the
+            next one, too, which is computed in it.
+
+    Returns:
+        Shape (rows, ...).
+    """
+    whole = absent_of_rows(not_flown, rows)
+    if clocked:
+        whole[1:] |= not_flown[: rows - 1]
+    return whole
 
 
 def absent_of_rows(absent_steps: NDArray[np.bool_], rows: int) -> NDArray[np.bool_]:

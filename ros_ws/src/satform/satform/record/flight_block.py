@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
-from satform.record.derived import COLUMNS, DERIVED, DerivedQuantities, absent_of_rows
+from satform.record.derived import COLUMNS, DERIVED, DerivedQuantities
 from satform.record.flight_record import FlightRecord
 from satform.record.quantities import QUANTITIES
 
@@ -37,6 +36,7 @@ class FlightBlock(DerivedQuantities):
             from there on.
         last: whether the flight ends with this block.
         quantities: by the names of `FlightRecord`, shape (rows, R, N, ...); those that were asked for.
+        clocked: whether the flight went by the wall clock; it is then a single block.
     """
 
     keeps_derived = True
@@ -48,12 +48,15 @@ class FlightBlock(DerivedQuantities):
     runs: int
     last: bool
     quantities: Mapping[str, Array]
+    clocked: bool = False
 
     @classmethod
     def of(cls, record: FlightRecord) -> "FlightBlock":
         """A whole flight as its only block, with R = 1; the arrays are views of the record's."""
         quantities = {name: values[:, None] for name, values in record.quantities().items()}
-        return cls(record.satellites, record.step, 0, record.steps, 1, last=True, quantities=quantities)
+        return cls(
+            record.satellites, record.step, 0, record.steps, 1, True, quantities, clocked=record.clocked
+        )
 
     def __getattr__(self, quantity: str) -> Array:
         """A quantity by its name, shape (rows, R, N, ...)."""
@@ -74,13 +77,14 @@ class FlightBlock(DerivedQuantities):
         return f"<FlightBlock of {self.runs} runs, steps {self.first_step} to {end}{last}>"
 
     @cached_property
+    def any_not_flown(self) -> bool:
+        """Whether a satellite of any run computes nothing in one of these steps."""
+        return bool(self.not_flown.any())
+
+    @cached_property
     def any_absent(self) -> bool:
         """Whether a satellite of any run does not fly in one of these steps."""
         return bool(self.absent.any())
-
-    def absent_rows(self, rows: int) -> NDArray[np.bool_]:
-        """Where a satellite does not fly, for a quantity of so many rows, K or K + 1; shape (rows, R, N)."""
-        return self.absent if rows == self.steps else absent_of_rows(self.absent, rows)
 
 
 class StepEnds:

@@ -120,6 +120,8 @@ class FlightRecord(DerivedQuantities):
         rejected_attitudes: readings of star trackers so far that the gate rejected, shape (K, N).
         early_end: why the flight ended before its last step; None when it did not. The record then ends
             with the last state within the limits, and holds no number beyond them.
+        clocked: whether the flight went by the wall clock, so that satellites may have skipped steps. Of
+            such a step the command before is held, and all else that the satellite computes is NaN.
         navigation: readings of sensors and estimates of the whole formation; None where no satellite has
             sensors.
         chief_source: computes the chief's motion up to a number of steps, or gives None where it is not
@@ -170,6 +172,7 @@ class FlightRecord(DerivedQuantities):
     attitude_innovation: Array
     rejected_attitudes: Array
     early_end: EarlyEnd | None = None
+    clocked: bool = False
     navigation: NavigationHistory | None = None
     chief_source: Callable[[int], ChiefMotion | None] | None = None
     link_source: Callable[["FlightRecord"], LinkHistory] | None = None

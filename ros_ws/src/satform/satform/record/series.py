@@ -64,4 +64,6 @@ class DecimatedSeries:
         held = {name: getattr(block, name)[rows] for name in self.needs}
         steps = len(range(block.steps)[rows])
         first = block.first_step + self._first(block)
-        return FlightBlock(block.satellites, block.step, first, steps, block.runs, block.last, held)
+        return FlightBlock(
+            block.satellites, block.step, first, steps, block.runs, block.last, held, block.clocked
+        )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
+from satform.record.derived import absent_of_rows, excusable_rows
 from satform.record.flight_block import FlightBlock
 from satform.record.flight_record import FlightRecord
 
@@ -86,7 +87,7 @@ class StretchReader:
         """
         stretch, begin = self.stretch, block.first_step
         if begin == 0 and not stretch.of_bodies:
-            self._missing_at_first = missing(series(block)[:1])
+            self._missing_at_first = _missing_at_first(series(block), block)
         first, end = max(stretch.first - begin, 0), min(stretch.end - begin, block.steps + block.last)
         if first >= end:
             return None
@@ -97,15 +98,16 @@ class StretchReader:
         chosen = self.of_columns(values)
         if stretch.of_bodies:
             return Part(begin + first, chosen, None)
-        if not block.any_absent:
+        if not block.any_not_flown:
             self._note_flown(block.runs, None)
             return Part(begin + first, chosen, None)
-        absent = block.absent_rows(max(block.steps, end))[first:end]
-        self._note_flown(block.runs, self.of_columns(absent))
+        rows = max(block.steps, end)
+        self._note_flown(block.runs, self.of_columns(absent_of_rows(block.not_flown, rows)[first:end]))
+        excusable = excusable_rows(block.not_flown, rows, clocked=block.clocked)[first:end]
         if stretch.of_others:
-            absent = np.broadcast_to(absent.any(axis=2, keepdims=True), absent.shape)
-        # Everybody flies at first: what is missing then belongs to a satellite that never gives it.
-        excused = absent & missing(values) & ~self._missing_at_first
+            excusable = np.broadcast_to(excusable.any(axis=2, keepdims=True), excusable.shape)
+        # What is missing when a satellite flies first belongs to one that never gives it.
+        excused = excusable & missing(values) & ~self._missing_at_first
         return Part(begin + first, chosen, self.of_columns(excused))
 
     def lacking(self) -> Mask:
@@ -146,6 +148,22 @@ def rows_of(series: Array, record: FlightRecord, stretch: Stretch) -> Array:
         return series[:0][:, list(stretch.columns)]
     whole = not (part.gaps() | reader.lacking())[0]
     return part.values[:, 0] if whole else np.full_like(part.values[:, 0], np.nan)
+
+
+def _missing_at_first(values: Array, block: FlightBlock) -> Mask:
+    """What is missing in the first step that a satellite flies, shape (1, R, N).
+
+    On the wall clock a satellite may skip the first steps of the flight.
+
+    Args:
+        values: of a series, from the first step of the flight on.
+        block: of the same rows.
+    """
+    if not len(values) or not block.clocked:
+        return missing(values[:1])
+    first = np.argmin(block.not_flown, axis=0)[None]
+    index = first.reshape(*first.shape, *[1] * (values.ndim - 3))
+    return missing(np.take_along_axis(values, index, axis=0))
 
 
 def missing(values: Array) -> Mask:

@@ -15,11 +15,7 @@ from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, Record
 from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
-from satform.communication.message_validator import (
-    CONTRADICTION,
-    EARLIER_STAMPS,
-    MessageValidator,
-)
+from satform.communication.message_validator import CONTRADICTION, MessageValidator
 from satform.communication.sim_time import NANOSECONDS, Stamps
 from satform.communication.topic_table import (
     OPTIONAL,
@@ -46,7 +42,7 @@ from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_forms import form_of, largest_number, unbounded_fields
+from satform_nodes.transport.message_forms import validator_of
 from satform_nodes.transport.node_error import NodeError
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
@@ -242,15 +238,7 @@ class RecorderNode:
         number = self._add_topic(topic, kind, qos.LOCKSTEP)
         channel = _SteppedTopic(number, topic, kind, satellite, last, followed.optional)
         if kind != "clock":
-            channel.validator = MessageValidator(
-                topic,
-                form_of(kind, self._topics, about),
-                self.rejections,
-                self._stamps,
-                exact=kind not in EARLIER_STAMPS,
-                unbounded=unbounded_fields(kind, self._topics, about),
-                largest=largest_number(kind),
-            )
+            channel.validator = validator_of(kind, topic, self._topics, about, self.rejections, self._stamps)
         self._channels.append(channel)
 
         def _on_message(data: bytes, _name: str) -> None:

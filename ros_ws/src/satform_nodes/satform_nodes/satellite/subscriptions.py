@@ -10,7 +10,7 @@ from typing import Any
 from satform_msgs.msg import FormationStatus
 
 from satform.communication import topic_table
-from satform.communication.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
+from satform.communication.message_validator import MessageValidator, RejectionCounter
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import PLANT, satellite_channels, subscribed_by, topic_name
 from satform.flight.compile import FormationPlan
@@ -19,7 +19,7 @@ from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
-from satform_nodes.transport.message_forms import form_of, largest_number, unbounded_fields
+from satform_nodes.transport.message_forms import validator_of
 
 
 @dataclass(frozen=True)
@@ -116,15 +116,7 @@ class SatelliteSubscriptions:
 
     def _validator(self, kind: str, topic: str, about: int) -> MessageValidator:
         """Validator of the messages of a topic about a satellite."""
-        return MessageValidator(
-            topic,
-            form_of(kind, self._topics, about),
-            self._rejections,
-            self._stamps,
-            exact=kind not in EARLIER_STAMPS,
-            unbounded=unbounded_fields(kind, self._topics, about),
-            largest=largest_number(kind),
-        )
+        return validator_of(kind, topic, self._topics, about, self._rejections, self._stamps)
 
     def _subscribe_to(
         self,

@@ -1,9 +1,16 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Layout of the messages of each topic of a flight, and which of their numbers may have any value."""
+"""Layout of the messages of each topic of a flight, which of their numbers may have any value, validators."""
 
 from satform.communication import topic_table
-from satform.communication.message_validator import LARGEST
+from satform.communication.covariance_check import covariance_complaint
+from satform.communication.message_validator import (
+    EARLIER_STAMPS,
+    LARGEST,
+    MessageValidator,
+    RejectionCounter,
+)
+from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import TopicPlan, lengths_of
 from satform_nodes.transport.cdr_codec import Layout, layout
 from satform_nodes.transport.topic_types import TYPES
@@ -53,3 +60,28 @@ def unbounded_fields(kind: str, plan: TopicPlan, satellite: int) -> tuple[int, i
         return _MOTION
     last = _LAST_UNBOUNDED.get(kind, 0)
     return (count - last, count)
+
+
+def validator_of(
+    kind: str, topic: str, plan: TopicPlan, satellite: int, rejections: RejectionCounter, stamps: Stamps
+) -> MessageValidator:
+    """Validator of the messages of a topic.
+
+    Args:
+        kind: of the topic.
+        topic: its name.
+        plan: of the flight's topics.
+        satellite: index of the satellite that the topic is about.
+        rejections: counts the rejected messages.
+        stamps: of the scenario's steps.
+    """
+    return MessageValidator(
+        topic,
+        form_of(kind, plan, satellite),
+        rejections,
+        stamps,
+        exact=kind not in EARLIER_STAMPS,
+        unbounded=unbounded_fields(kind, plan, satellite),
+        largest=largest_number(kind),
+        further=covariance_complaint if kind == "navigation_estimate" else None,
+    )
