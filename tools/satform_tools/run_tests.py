@@ -80,6 +80,7 @@ PARTS = (
     Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools"), background=True),
     Part("permissions enforced", (*_PYTEST, "tests/dds_security"), background=True),
     Part("damaged input", (*_PYTEST, "tests/fuzz"), background=True),
+    Part("protocol explored", (*_PYTEST, "tests/protocol"), background=True),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED), background=True),
 )
 """In the order in which they start, the longest first, so that the last to end are short."""

@@ -290,3 +290,26 @@ def test_the_flight_is_over_when_the_states_after_the_last_step_are_told() -> No
     membership.close()
     assert membership.over
     assert membership.missing == []
+
+
+@pytest.mark.parametrize(("stored", "used"), [(3, 3), (4, None)])
+def test_a_checkpoint_that_follows_a_command_which_did_not_arrive_is_none(
+    stored: int, used: int | None
+) -> None:
+    # In step 3 it commands and stores a checkpoint of step 4, but only the others' commands arrive.
+    membership = at_step(3)
+    command(membership, 0, 2)
+    membership.lose(1, "gone")
+    membership.request_rejoin(1, stored)
+    assert next_step(membership) == (None, Change((), (SatelliteRejoined(1, used),)))
+
+
+def test_who_has_commanded_and_is_lost_is_lost_at_once_when_the_others_wait_for_its_message_in_vain() -> None:
+    membership = at_step(3)
+    command(membership, 1)
+    assert membership.lose(1, "gone") == Loss()
+    assert membership.about_to_be_lost == [1]
+    assert membership.lose_now() == Loss(Change((1,), ()))
+    assert membership.commanded == set()
+    assert membership.not_commanded == [0, 2]
+    assert membership.lose_now() == Loss()

@@ -95,6 +95,8 @@ class MembershipManager:
         # their loss has taken effect.
         self._returning: dict[int, int] = {}
         self._early: dict[int, int] = {}
+        # By the index of a satellite, the step of its latest loss: the first one without its command.
+        self._lost_from: dict[int, int] = {}
 
     # Before the flight
 
@@ -239,6 +241,29 @@ class MembershipManager:
         change = self._apply([SatelliteLost(satellite, reason)])
         return Loss(change, "" if self._present else f"{reason}; {ALL_LOST}")
 
+    @property
+    def about_to_be_lost(self) -> list[int]:
+        """Indices of those that have commanded in this step and are lost from the next one on."""
+        return [event.satellite for event in self._pending if isinstance(event, SatelliteLost)]
+
+    def lose_now(self) -> Loss:
+        """Let losses of the next step take effect at the present one, whose commands are dropped.
+
+        A satellite may have commanded and ended before its message for this step had reached all neighbours,
+        which then wait for it in vain.
+
+        Returns:
+            What comes of it; nothing when no satellite is about to be lost.
+        """
+        due = [event for event in self._pending if isinstance(event, SatelliteLost)]
+        if not due:
+            return Loss()
+        reason = "; ".join(event.reason for event in due)
+        if self.step == 0 and self._lockstep:
+            return Loss(end=f"{reason}, before its first message had reached all neighbours")
+        self._pending = [event for event in self._pending if event not in due]
+        return Loss(self._apply(due), "" if self._present else f"{reason}; {ALL_LOST}")
+
     def request_rejoin(self, satellite: int, checkpoint: int) -> None:
         """Note that a satellite, started anew, could take part from the next step on.
 
@@ -279,6 +304,9 @@ class MembershipManager:
 
     def _accept_rejoin(self, satellite: int, checkpoint: int) -> None:
         self._cancel_rejoin(satellite)
+        if checkpoint > self._lost_from[satellite]:
+            # It was stored after a command that the plant has not received: no step of the flight.
+            checkpoint = -1
         self._returning[satellite] = checkpoint
         if satellite not in self.awaited and not rejoins_after(self._plan, satellite, self.step + 1):
             self._pending.append(SatelliteRejoined(satellite, checkpoint if checkpoint >= 0 else None))
@@ -293,6 +321,7 @@ class MembershipManager:
         rejoined = tuple(event for event in changes if isinstance(event, SatelliteRejoined))
         for satellite in lost:
             self.commanded.discard(satellite)
+            self._lost_from[satellite] = self.step
             if satellite in self._early:
                 self._accept_rejoin(satellite, self._early.pop(satellite))
         for event in rejoined:

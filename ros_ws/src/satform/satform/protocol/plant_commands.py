@@ -76,7 +76,9 @@ class PlantCommands:
         self._validators = list(validators)
         self._rejections = rejections
         self._clocked = clocked
-        self._last: dict[int, bytes] = {}
+        # The last command of each satellite and the one before, each with its step.
+        self._last: dict[int, tuple[int, bytes]] = {}
+        self._before: dict[int, tuple[int, bytes]] = {}
         self._arc_length = form.fields.index("announced_arc_length")
         self._violation = form.fields.index("violation")
         self._value = form.fields.index("violating_value")
@@ -106,7 +108,9 @@ class PlantCommands:
             quantity, value = int(numbers[self._violation]), float(numbers[self._value])
             self.violations[satellite] = Violation(quantity, value)
         self.values[satellite] = numbers[_ACCELERATION_AND_TORQUE]
-        self._last[satellite] = data
+        if satellite in self._last:
+            self._before[satellite] = self._last[satellite]
+        self._last[satellite] = int(numbers[2]), data
         if numbers[2] == step:
             membership.record_command(satellite)
         return True
@@ -120,14 +124,21 @@ class PlantCommands:
             if self._membership.formation.lost_at.get(event.satellite) != self._membership.step:
                 # A command from before the loss is not its final command after the rejoin.
                 self._last.pop(event.satellite, None)
+                self._before.pop(event.satellite, None)
             self.timing.restart_timeout(event.satellite)
 
     def final_command(self, satellite: int) -> bytes | None:
-        """The last command of a satellite since it joined; None when it has not commanded since."""
-        return self._last.get(satellite)
+        """The last command of a satellite since it joined, of a step before the present one.
+
+        With it the satellite has sent its message for the present step. None when there is none.
+        """
+        last = self._last.get(satellite)
+        if last is not None and last[0] == self._membership.step and not self._clocked:
+            last = self._before.get(satellite)
+        return None if last is None else last[1]
 
     def announced_arc_length(self, satellite: int) -> float | None:
         """The phase in the last command of a satellite, m; None when it has not commanded since it joined."""
-        data = self._last.get(satellite)
-        numbers: tuple[Any, ...] | None = self._form.unpack(data) if data else None
+        last = self._last.get(satellite)
+        numbers: tuple[Any, ...] | None = self._form.unpack(last[1]) if last else None
         return None if numbers is None else float(numbers[self._arc_length])

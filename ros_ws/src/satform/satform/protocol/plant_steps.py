@@ -15,7 +15,7 @@ from satform.flight.compile import FormationPlan
 from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
 from satform.membership.formation import Event
-from satform.membership.membership_manager import ALL_LOST, Change, MembershipManager
+from satform.membership.membership_manager import ALL_LOST, Change, Loss, MembershipManager
 from satform.protocol.plant_commands import PlantCommands
 from satform.protocol.status import FormationPhase
 from satform.record.early_end import EarlyEnd
@@ -197,7 +197,9 @@ class PlantSteps:
         self.advance_if_complete()
 
     def _lose(self, index: int, reason: str) -> None:
-        loss = self.membership.lose(index, reason)
+        self._apply_loss(self.membership.lose(index, reason), index)
+
+    def _apply_loss(self, loss: Loss, index: int) -> None:
         self._publish_change(loss.change)
         if loss.end:
             self.aborted = ([self.names[index]], loss.end)
@@ -327,6 +329,12 @@ class PlantSteps:
         if self.waits_for_rejoin:
             missing = self.missing()
             self.aborted = (missing, f"{listed(missing)} has not rejoined within {start_timeout:g} s")
+            return
+        if not unresponsive and self.membership.about_to_be_lost:
+            # Those that are missing wait for the last message of one that has commanded and ended.
+            index = self.membership.about_to_be_lost[0]
+            self._apply_loss(self.membership.lose_now(), index)
+            self.advance_if_complete()
             return
         # If all missing nodes have retransmitted, none is at fault, but the step does not go on either.
         lost = list(unresponsive) or self.missing()

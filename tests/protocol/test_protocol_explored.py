@@ -1,0 +1,66 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""No order of messages, losses, restarts, pauses and other graphs breaks an invariant of the protocol."""
+
+import os
+
+import pytest
+from protocol_explorer import Explorer, Outcome
+from protocol_processes import PlantProcess
+
+from formations import formation
+from satform.scenario import Scenario
+
+LONG = "SATFORM_LONG_TESTS"
+"""Environment variable: when set, the bounds of docs/protocol.md are explored too."""
+
+CHECKPOINTS = 0.5
+"""Simulated time between two checkpoints, s: one at each step."""
+
+
+def flight(satellites: int, steps: int) -> Scenario:
+    """A complete graph of satellites, in which each message changes what its receiver computes."""
+    own = [{"arc_length": 100.0 * i, "position_error": [10.0 * i, 5.0, -3.0]} for i in range(satellites)]
+    return formation(own, 0.5 * steps, checkpoint_period=CHECKPOINTS)
+
+
+def assert_nothing_found(outcome: Outcome) -> None:
+    history = "\n  ".join(outcome.history)
+    assert not outcome.violation, f"{outcome.violation}, after\n  {history}"
+    assert outcome.ends
+
+
+@pytest.mark.parametrize(("satellites", "steps", "disturbances"), [(2, 3, 1), (3, 2, 0)], ids=str)
+def test_no_reachable_state_breaks_an_invariant(satellites: int, steps: int, disturbances: int) -> None:
+    outcome = Explorer(flight(satellites, steps), budget=disturbances).explore()
+    assert_nothing_found(outcome)
+    assert outcome.complete
+
+
+@pytest.mark.skipif(LONG not in os.environ, reason=f"NOT TESTED: takes minutes; set {LONG}=1")
+@pytest.mark.parametrize(("satellites", "steps", "disturbances"), [(2, 4, 1), (2, 4, 2), (3, 3, 1)])
+def test_no_reachable_state_of_the_documented_bounds_breaks_an_invariant(
+    satellites: int, steps: int, disturbances: int
+) -> None:
+    outcome = Explorer(flight(satellites, steps), budget=disturbances).explore()
+    assert_nothing_found(outcome)
+    assert outcome.complete
+
+
+def test_orders_that_are_left_out_lead_to_no_other_end() -> None:
+    ends: list[set[bytes]] = []
+    for reduced in (True, False):
+        explorer = Explorer(flight(2, 2), budget=1, faults=("kill", "silent"), restarts=0, reduced=reduced)
+        assert_nothing_found(explorer.explore())
+        ends.append({position_at(plant) for plant in explorer.ended_plants()})
+    assert ends[0] == ends[1]
+
+
+def position_at(plant: PlantProcess) -> bytes:
+    formation_then = plant.membership.formation
+    return plant.steps.plant.motion().position.tobytes() + formation_then.alive.tobytes()
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_random_flights_of_four_satellites_with_three_disturbances_break_no_invariant(seed: int) -> None:
+    assert_nothing_found(Explorer(flight(4, 4), budget=3).walk(seed, walks=3))
