@@ -698,6 +698,19 @@ class Explorer:
             step = parents[state]
         return found[::-1]
 
+    def follow(self, history: Iterable[str]) -> State:
+        """The state after actions in words, as a history has them.
+
+        Raises:
+            ViolationError: an invariant does not hold on the way.
+            LookupError: an action is not possible.
+        """
+        state = self.start()
+        for words in history:
+            possible = {self.described(action): action for action in self._everything(state)}
+            state = self.after(state, possible[words])
+        return state
+
     def walk(self, seed: int, walks: int) -> Outcome:
         """Follow random walks from the start to the end of a flight.
 

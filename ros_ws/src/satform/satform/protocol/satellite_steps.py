@@ -196,6 +196,9 @@ class SatelliteSteps:
 
     def join(self, step: int) -> bool:
         """Take part from a step on: from the first state, or after a rejoin that the plant has published."""
+        if not self.view.formation.alive[self._index]:
+            # It was taken back and lost again before this state came.
+            return False
         returned = self.view.returns.get(self._index)
         if returned is None:
             # On the wall clock the first states may have been skipped.
@@ -227,6 +230,9 @@ class SatelliteSteps:
         self.neighbour_messages.by_step.clear()
         self._output.forget_messages()
         self.messages.forget_plant()
+        if not was_flying and self._index in self.view.returns:
+            # It may have been taken back and lost again before its first state came.
+            self._output.publish_ready()
         if was_flying:
             # Satellites of a group share its process, which flies on.
             self.satellite = self._new_software()
