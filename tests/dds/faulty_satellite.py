@@ -199,6 +199,22 @@ class NoFirstPhase(ForeignSatellite):
             super().publish(publisher, message, step)
 
 
+class NoPhase(ForeignSatellite):
+    """S3: commands, and publishes no phase from step 3 on."""
+
+    def publish(self, publisher: Any, message: Any, step: int) -> None:
+        if not (isinstance(message, ArcLength) and step >= 3):
+            super().publish(publisher, message, step)
+
+
+class Stuck(ForeignSatellite):
+    """S2: publishes its last messages again and again, and commands no more from step 3 on."""
+
+    def act(self) -> None:
+        if self.step is None or self.step < 3:
+            super().act()
+
+
 if __name__ == "__main__":
     rclpy.init()
     rclpy.spin(globals()[sys.argv[1]]())

@@ -91,7 +91,7 @@ def accesses(scenario: Scenario, further: Graph | None = None) -> list[Access]:
     for channel in channels(plan):
         for name in channel.publishers:
             publishes[name].append(channel.topic)
-        for name in channel.subscribers:
+        for name in (*channel.subscribers, *channel.watchers):
             subscribes[name].append(channel.topic)
     publishes[PLANT] += [f"{action}/{topic}" for topic in _ACTION_TOPICS]
     flying = [

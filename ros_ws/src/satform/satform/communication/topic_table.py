@@ -88,6 +88,7 @@ class Channel:
         subscribers: names of the nodes that subscribe and have to be there, the recorder last.
         rhythm: when there is a message.
         optional: whether a satellite need not have it: neither as its publisher nor as its subscriber.
+        watchers: names of the nodes that subscribe only while a step does not go on; nobody waits for them.
     """
 
     topic: str
@@ -96,6 +97,7 @@ class Channel:
     subscribers: tuple[str, ...]
     rhythm: Rhythm
     optional: bool = False
+    watchers: tuple[str, ...] = ()
 
     def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
         """Names of the subscribers in a flight with or without a recorder."""
@@ -261,7 +263,19 @@ def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
         found.append(_channel("propulsion", own, PLANT, [], "steps"))
     found.append(_channel("parameter_changes", own, own, [], "occasional"))
     optional = OPTIONAL_OF_EXTERNAL if equipment.external else OPTIONAL
-    return [replace(channel, optional=channel.kind in optional) for channel in found]
+    return [
+        replace(
+            channel,
+            optional=channel.kind in optional,
+            watchers=(PLANT,) if channel.kind in (plan.announces, "navigation_estimate") else (),
+        )
+        for channel in found
+    ]
+
+
+def watched_channels(plan: TopicPlan, index: int) -> list[Channel]:
+    """The topics of a satellite for whose messages other nodes wait, which the plant watches in a stall."""
+    return [channel for channel in satellite_channels(plan, index) if channel.watchers]
 
 
 def _optional_channels_of_plant(equipment: Equipment) -> list[Channel]:

@@ -5,7 +5,7 @@
 The node of the plant hands in what arrives, and publishes what it is asked to; it has the wall clock and DDS.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Protocol
 
 from satform.common.name_list import listed
@@ -317,6 +317,42 @@ class PlantSteps:
         self._output.republish_status()
         if not (self.membership.open or self.membership.over):
             self._output.retransmit_states(self.membership.not_commanded)
+
+    def awaited_senders(self) -> list[int]:
+        """Satellites without whose messages for the present step it may not go on, ascending.
+
+        Those that have not commanded and their in-neighbours; all that fly when the recorder is behind.
+        """
+        membership = self.membership
+        flying, step = membership.flying, membership.step
+        if self._clocked or membership.awaited:
+            return []
+        if membership.open or membership.over:
+            return flying if self.recorded and not self._paused else []
+        missing = membership.not_commanded
+        graph = membership.formation.graph
+        senders = {sender for satellite in missing for sender in graph.neighbours(satellite)}
+        used = {sender for sender in senders if membership.formation.is_used_by_neighbours(sender, step)}
+        return sorted({*missing, *(used & {*flying})})
+
+    def lose_without_message(self, unsent: Mapping[int, str], timeout: float) -> None:
+        """Go on without satellites that do not publish what others wait for, from the present step on.
+
+        They may have commanded in this step; the command is dropped.
+
+        Args:
+            unsent: by the index of a satellite, the topic on which it has published nothing for this step.
+            timeout: of a node, s.
+        """
+        step, membership = self.membership.step, self.membership
+        for satellite, topic in unsent.items():
+            self._lose(satellite, f"no {topic} for step {step} within {timeout:g} s")
+        pending = membership.about_to_be_lost
+        if pending:
+            self._apply_loss(membership.lose_now(), pending[0])
+        if self.aborted is None:
+            self.publish_due_states()
+            self.advance_if_complete()
 
     def end_waiting(self, unresponsive: Sequence[str], timeout: float, start_timeout: float) -> None:
         """Go on without the nodes that the present step lacks, since it has not gone on within the timeout.

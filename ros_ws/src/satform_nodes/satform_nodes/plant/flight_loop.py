@@ -106,10 +106,9 @@ def _fly_on(plant: PlantNode, executor: StepExecutor, stop: StopRequest) -> None
     """Take steps until the flight is over; a node that does not answer within its timeout is lost."""
     steps, timeout = plant.steps, plant.plan.timing.node_timeout
     while not executor.spin_while(
-        lambda: not (steps.over or stop.asked), timeout, steps.retransmit, plant.progress
+        lambda: not (steps.over or stop.asked), timeout, plant.retransmit, plant.progress
     ):
-        unresponsive = plant.subscriptions.unresponsive(steps.missing(), timeout)
-        steps.end_waiting(unresponsive, timeout, plant.start_timeout)
+        plant.end_waiting()
 
 
 def _end_early(plant: PlantNode, end: EarlyEnd) -> int:

@@ -24,6 +24,7 @@ from satform.flight.compile import FormationPlan
 from satform.membership.membership_manager import Change, MembershipManager
 from satform.protocol.plant_steps import PlantSteps
 from satform.protocol.status import OVER, FormationPhase
+from satform_nodes.plant.message_watch import MessageWatch
 from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.reconfiguration import ReconfigurationServer
 from satform_nodes.plant.services import FormationServices
@@ -41,6 +42,12 @@ _PROGRESS_PERIOD = 0.1
 
 _TYPE_CHECK_PERIOD = 0.5
 """Wall-clock time between two checks of the message types of external satellites before the flight, s."""
+
+_WATCHED_AFTER = 0.25
+"""Part of a node's timeout after which a step that does not go on is watched."""
+
+_MOST_WATCHED = 64
+"""Satellites that are watched at most."""
 
 _HEARTBEAT_PERIOD = 0.5
 """Wall-clock time between two statuses while no step is taken, s; a fraction of any timeout."""
@@ -89,6 +96,7 @@ class PlantNode:
         self.rejections = node.rejections
         self.names = self.membership.names
         self.start_timeout = start_timeout(plan)
+        self._timeout = plan.timing.node_timeout
         self._awaited_since = 0.0
         self._pulse = 0
         self._next_heartbeat = 0.0
@@ -129,6 +137,9 @@ class PlantNode:
         if recorded:
             self._endpoints.require_subscribers(self._health.publisher, [RECORDER])
         executor.add_periodic(self._health.due)
+        self.watch = MessageWatch(node, executor, plan.topics, self.rejections, self._stamps)
+        self._stalled_in = self.steps.progress
+        self._stalled_since = 0.0
         self._services = FormationServices(node, self.steps)
         self.reconfiguration = ReconfigurationServer(node, self.steps, executor)
         executor.add_periodic(self._run_periodic)
@@ -279,6 +290,32 @@ class PlantNode:
                 # A node that receives nothing would take the plant for lost.
                 self._next_heartbeat = now + _HEARTBEAT_PERIOD
                 self._publishers.republish_status()
+
+        if self.watch.step is not None and self.steps.progress != self._stalled_in:
+            self.watch.end()
+
+    def retransmit(self) -> None:
+        """Publish the last messages again, and after a while watch what satellites publish."""
+        self.steps.retransmit()
+        progress, now = self.steps.progress, time.monotonic()
+        if progress != self._stalled_in:
+            self._stalled_in, self._stalled_since = progress, now
+        elif self.watch.step is None and now - self._stalled_since > _WATCHED_AFTER * self._timeout:
+            senders = self.steps.awaited_senders()
+            if len(senders) <= _MOST_WATCHED:
+                self.watch.begin(senders, self.membership.step)
+
+    def end_waiting(self) -> None:
+        """Go on without the nodes because of which the present step has not gone on within the timeout."""
+        received = {self.names[satellite] for satellite in self.watch.received_from}
+        unresponsive = self.subscriptions.unresponsive(self.steps.missing(), self._timeout)
+        silent = [name for name in unresponsive if name not in received]
+        unsent = dict(self.watch.unsent)
+        self.watch.end()
+        if unsent and silent in ([], [RECORDER]):
+            self.steps.lose_without_message(unsent, self._timeout)
+        else:
+            self.steps.end_waiting(silent, self._timeout, self.start_timeout)
 
     def _now(self) -> tuple[int, int]:
         """Simulated time, as a stamp."""

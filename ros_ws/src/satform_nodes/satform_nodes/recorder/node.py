@@ -363,6 +363,8 @@ class RecorderNode:
         for name in status.lost:
             for authorised in self._authorised:
                 authorised.allow_replacement(name)
+        # It may have been a lost satellite whose messages were missing.
+        self._report_progress(max(0, self.recorded_step))
 
     def _report_progress(self, step: int) -> None:
         if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:

@@ -168,6 +168,16 @@ class FastPathExecutor(SingleThreadedExecutor):
             self._background.append(filtered)
         return subscription
 
+    def unsubscribe(self, node: Node, subscription: Any) -> None:
+        """Remove a subscription that is not vital.
+
+        Args:
+            node: that subscribes.
+            subscription: as `subscribe` returned it.
+        """
+        self._background.remove(self._filtered.pop(id(subscription)))
+        node.destroy_subscription(subscription)
+
     def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
         """Wait for one hot subscription after another instead of for all of them at once.
 

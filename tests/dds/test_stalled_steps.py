@@ -1,0 +1,93 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""A satellite that does not send what others wait for is lost after `node_timeout`, not those who wait."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from satform.bag.reader import read_bag
+
+pytestmark = pytest.mark.unmeasured
+
+FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
+OPTIONS = ("satellites[sat2].external=true", "node_timeout=3.0", "timing.duration=20")
+
+
+@pytest.fixture
+def start_program() -> Iterator[Callable[[Path, str], "subprocess.Popen[str]"]]:
+    """Starts a faulty satellite with the environment that a run has written; ends it after the test."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(run: Path, fault: str) -> "subprocess.Popen[str]":
+        script = run / "environment.sh"
+        end = time.monotonic() + 60.0
+        while not script.exists():
+            assert time.monotonic() < end, f"{script} is not written"
+            time.sleep(0.02)  # polls: another process writes it
+        command = ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *FAULTY, fault]
+        process = subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE, text=True)
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+def flown(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    run: Path,
+    fault: str,
+    *more: str,
+) -> tuple[int, str]:
+    """Exit code of the run, and what it printed, in one line."""
+    changes = [argument for option in (*OPTIONS, *more) for argument in ("--set", option)]
+    flight = start_run("triangle", *changes)
+    start_program(run, fault)
+    output, messages = flight.communicate(timeout=120)
+    return flight.returncode, " ".join(f"{output} {messages}".split())
+
+
+@pytest.mark.parametrize(
+    ("fault", "reason"),
+    [
+        ("NoPhase", "no /sat2/arc_length for step 3 within 3 s"),
+        ("Stuck", "no answer within 3 s from sat2"),
+    ],
+)
+def test_the_satellite_that_holds_up_a_step_is_lost_and_the_others_fly_on(
+    fault: str,
+    reason: str,
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    code, text = flown(start_run, start_program, tmp_path / "run", fault)
+    assert code == 3, text
+    assert reason in text
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["lost"] == ["sat2"]
+    record = read_bag(tmp_path / "run" / "bag").record
+    assert record.steps == 40
+    assert record.absent[:, 1].tolist() == [False] * 3 + [True] * 37
+    assert not record.absent[:, [0, 2]].any()
+
+
+def test_a_satellite_without_its_first_phase_ends_the_flight_by_name(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    code, text = flown(start_run, start_program, tmp_path / "run", "NoFirstPhase")
+    assert code == 3
+    assert "no /sat2/arc_length for step 0 within 3 s" in text
