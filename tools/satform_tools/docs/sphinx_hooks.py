@@ -35,7 +35,7 @@ def connect(app: Any) -> dict[str, Any]:
     app.connect("autodoc-process-docstring", _escape_docstring, priority=400)
     app.connect("autodoc-process-docstring", _restore_colons, priority=600)
     app.connect("doctree-read", _leave_equations_as_written)
-    app.connect("missing-reference", _leave_folders_as_text)
+    app.connect("doctree-read", _leave_folders_as_text)
     app.connect("env-updated", _allow_pages_outside_docs)
     app.connect("build-finished", _copy_equation_script)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
@@ -109,14 +109,13 @@ def _allow_pages_outside_docs(_app: Any, environment: Any) -> None:
             environment.metadata[name].setdefault("orphan", "")
 
 
-def _leave_folders_as_text(app: Any, _environment: Any, node: Any, content: Any) -> Any:
+def _leave_folders_as_text(app: Any, doctree: Any) -> None:
     # A folder of the project is worth a link in a checkout; on the site there is nothing to show for it.
-    path = Path(app.srcdir, node.get("refdoc", "")).parent / node.get("reftarget", "")
-    try:
-        return content if path.is_dir() else None
-    except OSError:
-        # The text of a type can be longer than the name of a file may be.
-        return None
+    # MyST resolves its references without the event missing-reference, so that it is done before.
+    page = Path(app.srcdir, app.env.docname)
+    for node in list(doctree.findall(lambda node: node.tagname == "pending_xref")):
+        if node.get("reftype") == "myst" and (page.parent / node["reftarget"]).is_dir():
+            node.replace_self(node.children)
 
 
 def _copy_equation_script(app: Any, error: Exception | None) -> None:
