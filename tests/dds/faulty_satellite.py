@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The example in Python with one fault, given by name: each breaks one rule of docs/interface.md."""
+"""The example in Python with one fault, given by name: each breaks one rule of docs/interface.md.
+
+Usage: faulty_satellite.py FAULT SCENARIO_FILE
+"""
 
 import ctypes
 import math
@@ -12,9 +15,34 @@ import rclpy
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "external_satellites" / "python"))
 
+import phase_law
 from foreign_satellite import ForeignSatellite
 from phase_law import header
-from satform_msgs.msg import ArcLength, Command, NodeReady
+from rclpy.qos import QoSProfile
+from satform_msgs.msg import ArcLength, Command, FormationStatus, NodeReady
+
+FAULT, SCENARIO_FILE = sys.argv[1:]
+# The command starts it again in the folder of the same scenario.
+_STARTED = Path(SCENARIO_FILE).with_name("started")
+IS_STARTED_AGAIN = _STARTED.exists()
+_STARTED.touch()
+
+
+class Doubled(ForeignSatellite):
+    """E1: has a second publisher of its command."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.second = self.create_publisher(Command, "sat2/command", 1000)
+
+
+class NotLatched(ForeignSatellite):
+    """E2: subscribes to the status as to a topic that is not latched."""
+
+    def create_subscription(self, kind: Any, topic: str, callback: Any, profile: Any, **options: Any) -> Any:
+        if kind is FormationStatus:
+            profile = QoSProfile(depth=1000)
+        return super().create_subscription(kind, topic, callback, profile, **options)
 
 
 class NotMatched(ForeignSatellite):
@@ -31,6 +59,16 @@ class Unready(ForeignSatellite):
 
     def report_ready(self) -> None:
         pass
+
+
+class ReadyAgain(ForeignSatellite):
+    """R1: says again, at its first state, that it is ready."""
+
+    def on_state(self, state: Any) -> None:
+        if self.step is None:
+            self.ready = False
+            self.report_ready()
+        super().on_state(state)
 
 
 class OtherInterface(ForeignSatellite):
@@ -158,6 +196,30 @@ class Mute(ForeignSatellite):
         super().on_status(status)
 
 
+class Silent(ForeignSatellite):
+    """S3: announces no phase after that of its first step."""
+
+    def publish(self, publisher: Any, message: Any, step: int) -> None:
+        if not (isinstance(message, ArcLength) and step > 0):
+            super().publish(publisher, message, step)
+
+
+class Forgetful(ForeignSatellite):
+    """S9: drops a state that comes after a pause, in which the status has been repeated many times."""
+
+    statuses = 0
+
+    def on_status(self, status: Any) -> None:
+        self.statuses += 1
+        super().on_status(status)
+
+    def on_state(self, state: Any) -> None:
+        # Where nothing is late there are six at most between two states, and in a pause ten and more.
+        if self.statuses < 9:
+            super().on_state(state)
+        self.statuses = 0
+
+
 class AnyVersion(ForeignSatellite):
     """F1: answers a state whose formation it does not know."""
 
@@ -175,11 +237,56 @@ class Faithful(ForeignSatellite):
         super().on_status(status)
 
 
+class FixedNeighbours(ForeignSatellite):
+    """F3: waits for the message of a new neighbour, and does not subscribe to it; in ring_six."""
+
+    def __init__(self) -> None:
+        phase_law.STEP, phase_law.STEP_NANOSECONDS = 1.0, 10**9
+        super().__init__()
+
+
+class NoNewEdge(FixedNeighbours):
+    """F3: does not wait for a new neighbour; in ring_six."""
+
+    def on_status(self, status: Any) -> None:
+        for name in ("sat4", "sat5", "sat6"):
+            status.alive[status.satellites.index(name)] = False
+        super().on_status(status)
+
+
 class Undying(ForeignSatellite):
     """L1: goes on though it is lost."""
 
     def on_status(self, status: Any) -> None:
         status.alive[1] = status.alive[1] or self.step is not None
+        super().on_status(status)
+
+
+class LateCheckpoint(ForeignSatellite):
+    """L2: rejoins with a checkpoint that is later than its loss."""
+
+    def create_publisher(self, kind: Any, *arguments: Any, **options: Any) -> Any:
+        made = super().create_publisher(kind, *arguments, **options)
+        return _Late(made, self.change) if kind is NodeReady and IS_STARTED_AGAIN else made
+
+    def change(self, message: Any) -> None:
+        message.checkpoint = 10**6
+
+
+class ReadyOnce(ForeignSatellite):
+    """L2: is not ready when it is started again."""
+
+    def report_ready(self) -> None:
+        if not IS_STARTED_AGAIN:
+            super().report_ready()
+
+
+class TooEarly(ForeignSatellite):
+    """L3: answers the first state that it receives, before it has rejoined."""
+
+    def on_status(self, status: Any) -> None:
+        if self.step is None:
+            status.alive[1], status.step = True, 0
         super().on_status(status)
 
 
@@ -217,4 +324,4 @@ class Stuck(ForeignSatellite):
 
 if __name__ == "__main__":
     rclpy.init()
-    rclpy.spin(globals()[sys.argv[1]]())
+    rclpy.spin(globals()[FAULT]())

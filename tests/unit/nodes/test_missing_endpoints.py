@@ -8,8 +8,8 @@ from collections.abc import Iterator
 import pytest
 import rclpy
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from satform_msgs.msg import Command, FormationStatus, Tracking
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState, Tracking
 from std_msgs.msg import String
 
 from flights import shortened
@@ -103,7 +103,7 @@ def test_a_type_that_does_not_fit_is_told(context: rclpy.Context) -> None:
         stranger = Node("sat1", context=other, start_parameter_services=False)
         stranger.create_publisher(String, "/sat1/tracking", qos.LOCKSTEP)
         wanted = "sat1 publishes /sat1/tracking as std_msgs/msg/String, not as satform_msgs/msg/Tracking"
-        assert found(nodes, wanted) == [Shortcoming("sat1", wanted)]
+        assert found(nodes, wanted) == [Shortcoming("sat1", wanted, "type")]
     finally:
         other.shutdown()
 
@@ -113,7 +113,35 @@ def test_a_quality_of_service_that_does_not_fit_is_told(context: rclpy.Context) 
     loose = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
     nodes["sat2"].create_publisher(Tracking, "/sat2/tracking", loose)
     wanted = "sat2 publishes /sat2/tracking as best effort, and its readers want reliable"
-    assert found(nodes, wanted) == [Shortcoming("sat2", wanted)]
+    assert found(nodes, wanted) == [Shortcoming("sat2", wanted, "QoS")]
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "changed", "ending"),
+    [
+        (
+            "/sat1/arc_length",
+            ArcLength,
+            {"reliability": ReliabilityPolicy.BEST_EFFORT},
+            "best effort, and it has to be reliable",
+        ),
+        ("/formation/status", FormationStatus, {}, "volatile, and it has to be transient local"),
+        (
+            "/sat2/state",
+            RelativeState,
+            {"durability": DurabilityPolicy.TRANSIENT_LOCAL},
+            "transient local, and its publishers offer volatile",
+        ),
+    ],
+    ids=["best effort", "not latched", "never matched"],
+)
+def test_a_quality_of_service_of_a_subscription_that_does_not_fit_is_told(
+    context: rclpy.Context, topic: str, kind: type, changed: dict[str, object], ending: str
+) -> None:
+    nodes = formation(context, ("sat2", topic))
+    nodes["sat2"].create_subscription(kind, topic, lambda _: None, QoSProfile(depth=1000, **changed))
+    wanted = f"sat2 subscribes to {topic} as {ending}"
+    assert found(nodes, wanted) == [Shortcoming("sat2", wanted, "QoS")]
 
 
 def test_a_long_list_is_counted() -> None:

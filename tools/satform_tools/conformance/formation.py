@@ -140,10 +140,15 @@ class TestedFormation:
         return True
 
     @property
+    def full_name(self) -> str:
+        """Name of the satellite's node with its namespace."""
+        return f"{self._nodes[PLANT].get_namespace().rstrip('/')}/{self.name}"
+
+    @property
     def node_is_there(self) -> bool:
         """Whether a node of the satellite's name has been discovered."""
-        wanted = (self.name, self._namespace or "/")
-        return wanted in self._nodes[PLANT].get_node_names_and_namespaces()
+        plant = self._nodes[PLANT]
+        return (self.name, plant.get_namespace()) in plant.get_node_names_and_namespaces()
 
     @property
     def readiness_matched(self) -> bool:

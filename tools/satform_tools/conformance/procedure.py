@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flight in which the rules are tried: start, steps, lost and late messages, changes, own loss, end."""
 
-import time
-from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 from satform_msgs.msg import FormationStatus
 
@@ -13,41 +11,14 @@ from satform.communication.topic_table import INTERFACE_VERSION
 from satform.consensus.graph import Graph
 from satform.membership.formation import SatelliteLost, SatelliteRejoined, TopologyChanged
 from satform_tools.conformance.formation import TestedFormation
-from satform_tools.conformance.message_values import (
-    announced_by_command,
-    announced_values,
-    are_valid,
-    numbers_of,
-)
+from satform_tools.conformance.responses import ANSWER, QUIET, STANDSTILL, Responses, Stopped
 from satform_tools.conformance.rules import Findings
 
 STEPS = 40
 """Steps of the flight; more than the procedure needs."""
 
-_ANSWER = 10.0
-"""Wall-clock time within which a node answers, s."""
-
-_QUIET = 0.5
-"""Wall-clock time for which a node must not answer where it has no last messages to repeat, s."""
-
-_SHORTEST_QUIET = 0.2
-"""The same where it repeats them and so shows that it has taken all messages, s."""
-
-_REPEATED = 2.0
-"""Wall-clock time within which a node repeats its last messages for a repeated status, s."""
-
-_STANDSTILL = 2.5
-"""Wall-clock time for which a step does not go on, s; the plant repeats its status at least once a second."""
-
-_REPETITION = 0.25
-"""Wall-clock time between two repeated statuses, s."""
-
 _END = 15.0
 """Wall-clock time within which a process ends, s."""
-
-
-class Stopped(Exception):  # noqa: N818 - no error: the rules that follow cannot be tried
-    """The node does not go on, so that the rules that follow cannot be tried."""
 
 
 class Program(Protocol):
@@ -80,6 +51,7 @@ class Procedure:
         """
         self._formation, self._findings = formation, findings
         self._program, self._timeout = program, timeout
+        self._responses = Responses(formation, findings)
         self._senders: list[int] = []
 
     def run(self) -> None:
@@ -111,13 +83,13 @@ class Procedure:
             require("E1", False, f"there is no node {formation.name} after {self._timeout:g} s")
             raise Stopped
         # It cannot be ready yet; a message that says so would come now.
-        formation.spin(_ANSWER, lambda: formation.readiness_matched)
-        formation.spin(2.0 * _QUIET)
+        formation.spin(ANSWER, lambda: formation.readiness_matched)
+        formation.spin(2.0 * QUIET)
         early = bool(formation.ready)
         require("R2", not early, "NodeReady came before the neighbours and the recorder were there")
         formation.add_others()
         formation.spin(self._timeout, lambda: formation.ready)
-        formation.spin(_ANSWER, lambda: not formation.shortcomings())
+        formation.spin(ANSWER, lambda: not formation.shortcomings())
         self._note_endpoints()
         if not require("R1", formation.ready, f"no NodeReady within {self._timeout:g} s"):
             raise Stopped
@@ -125,17 +97,15 @@ class Procedure:
         self._senders = list(formation.neighbours)
 
     def _note_endpoints(self) -> None:
-        lacks = [each.sentence for each in self._formation.shortcomings()]
-        changed = [sentence for sentence in lacks if "another definition" in sentence]
-        unfit = [sentence for sentence in lacks if "its readers want" in sentence]
-        missing = [sentence for sentence in lacks if sentence not in (*changed, *unfit)]
-        for rule, found in (("E1", missing), ("E2", unfit), ("V2", changed)):
+        lacks = self._formation.shortcomings()
+        for rule, kinds in (("E1", ("endpoint", "type")), ("E2", ("QoS",)), ("V2", ("definition",))):
+            found = [each.sentence for each in lacks if each.kind in kinds]
             self._findings.require(rule, not found, "; ".join(found))
 
     def _note_ready(self, *, first: bool) -> None:
         require, ready = self._findings.require, self._formation.ready[-1]
-        named = ready.node.rpartition("/")[2]
-        require("R1", named == self._formation.name, f"NodeReady has the node {ready.node!r}")
+        name = self._formation.full_name
+        require("R1", ready.node == name, f"NodeReady has the node {ready.node!r}, not {name!r}")
         exact = not self._formation.contradicts(ready, ready.step, exact=True)
         require("R1", exact, f"the stamp of NodeReady is not that of its step {ready.step}")
         if first:
@@ -144,32 +114,37 @@ class Procedure:
         sentence = f"NodeReady has interface {ready.interface}; this satform has {INTERFACE_VERSION}"
         require("V1", ready.interface == INTERFACE_VERSION, sentence)
 
+    def _require_one_ready(self, since: str) -> None:
+        # In a flight each NodeReady after the first is taken for a request to rejoin.
+        count = len(self._formation.ready)
+        self._findings.require("R1", count <= 1, f"NodeReady was published {count} times {since}")
+
     def _first_step(self) -> None:
         formation = self._formation
         formation.status()
         formation.states()
-        self._require_phase("S1", "no phase for step 0 after the state of step 0")
+        self._responses.require_phase("S1", "no phase for step 0 after the state of step 0")
         if self._senders:
-            self._quiet("S2", "without the messages of its in-neighbours")
+            self._responses.require_quiet("S2", "without the messages of its in-neighbours")
             formation.neighbour_messages(0, self._senders)
-        self._answer()
+        self._responses.require_answer()
 
     def _steps(self) -> None:
         formation = self._formation
         for _ in range(3):
             formation.neighbour_messages(formation.plant.step, self._senders)
-            self._quiet("S2", "without its state")
+            self._responses.require_quiet("S2", "without its state")
             formation.states()
-            self._answer()
+            self._responses.require_answer()
 
     def _repeated_state(self) -> None:
         formation = self._formation
         formation.neighbour_messages(formation.plant.step, self._senders)
         formation.states()
-        self._answer(advance=False)
+        self._responses.require_answer(advance=False)
         for _ in range(3):
             formation.repeat_state()
-        self._give_time()
+        self._responses.give_time()
         step = formation.plant.step
         own = [command for command in formation.commands if command.step == step]
         # As text, in which a number that is none equals itself.
@@ -196,37 +171,26 @@ class Procedure:
             formation.states()
         else:
             formation.neighbour_messages(step, self._senders)
-        self._stand_still(step, lambda: all(repeated()))
+        self._responses.stand_still(step, lambda: all(repeated()))
         # A node that has not waited has other last messages.
-        if not self._has_answered():
+        if not self._responses.has_answered():
             command, phase = repeated()
-            seconds = f"within {_STANDSTILL:g} s in which step {step} did not go on"
+            seconds = f"within {STANDSTILL:g} s in which step {step} did not go on"
             require("S8", command, f"the command of step {step - 1} was not repeated {seconds}")
             require("S8", phase, f"the phase for step {step} was not repeated {seconds}")
         if self._senders:
             formation.neighbour_messages(step, self._senders[:1])
         else:
             formation.states()
-        self._answer()
+        self._responses.require_answer()
 
     def _late_state(self) -> None:
         formation = self._formation
         step = formation.plant.step
         formation.neighbour_messages(step, self._senders)
-        self._stand_still(step)
+        self._responses.stand_still(step)
         formation.states()
-        self._answer("S9")
-
-    def _stand_still(self, step: int, until: Callable[[], bool] = lambda: False) -> None:
-        expected = len(self._repeated_messages())
-        for _ in range(round(_STANDSTILL / _REPETITION)):
-            expected += 1
-            self._formation.repeat_status()
-            if self._formation.spin(_REPETITION, until):
-                break
-        # Those that come late would later be taken for answers to other statuses.
-        self._wait_for_repetitions(expected, _REPEATED)
-        self._require_none("S2", "while a message of the step was missing", step)
+        self._responses.require_answer("S9")
 
     def _edges(self) -> None:
         """An edge ends, and comes back."""
@@ -237,19 +201,21 @@ class Procedure:
         self._change_edge(first, 0.0)
         formation.neighbour_messages(formation.plant.step, self._senders)
         formation.states()
-        self._quiet("F1", "of a version whose status it has not received")
+        self._responses.require_quiet("F1", "of a version whose status it has not received")
         formation.announce_change()
-        self._answer()
+        self._responses.require_answer()
         formation.neighbour_messages(formation.plant.step, others)
         formation.states()
-        self._answer("F2", f"the edge from {self._name(first)} has ended")
+        self._responses.require_answer("F2", f"the edge from {self._name(first)} has ended")
         self._change_edge(first, 1.0)
         formation.announce_change()
         formation.neighbour_messages(formation.plant.step, others)
         formation.states()
-        self._quiet("F2", f"without the message of {self._name(first)}, whose edge is there again")
+        self._responses.require_quiet(
+            "F2", f"without the message of {self._name(first)}, whose edge is there again"
+        )
         formation.neighbour_messages(formation.plant.step, [first])
-        self._answer()
+        self._responses.require_answer()
 
     def _new_edge(self) -> None:
         """An edge from a satellite of which it has not received before."""
@@ -262,12 +228,14 @@ class Procedure:
         formation.announce_change()
         formation.neighbour_messages(formation.plant.step, self._senders)
         formation.states()
-        self._quiet("F3", f"without the message of {self._name(new)}, of which a new edge is")
-        for _ in range(round(_ANSWER / _QUIET)):
+        self._responses.require_quiet(
+            "F3", f"without the message of {self._name(new)}, from which there is a new edge"
+        )
+        for _ in range(round(ANSWER / QUIET)):
             formation.neighbour_messages(formation.plant.step, [new])
-            if formation.spin(_QUIET, self._has_answered):
+            if formation.spin(QUIET, self._responses.has_answered):
                 break
-        self._answer("F3", f"there is a new edge from {self._name(new)}")
+        self._responses.require_answer("F3", f"there is a new edge from {self._name(new)}")
         self._change_edge(new, 0.0)
         formation.announce_change()
 
@@ -289,29 +257,30 @@ class Procedure:
         for _ in range(2):
             formation.neighbour_messages(formation.plant.step, others)
             formation.states()
-            self._answer("F2", f"{name} is lost")
+            self._responses.require_answer("F2", f"{name} is lost")
         formation.change([SatelliteRejoined(lost, None)])
         formation.announce_change()
         formation.neighbour_messages(formation.plant.step, self._senders)
         formation.states()
-        self._answer("F2", f"{name} has rejoined")
+        self._responses.require_answer("F2", f"{name} has rejoined")
         formation.neighbour_messages(formation.plant.step, others)
         formation.states()
-        self._quiet("F2", f"without the message of {name}, which has rejoined")
+        self._responses.require_quiet("F2", f"without the message of {name}, which has rejoined")
         formation.neighbour_messages(formation.plant.step, [lost])
-        self._answer()
+        self._responses.require_answer()
 
     def _own_loss(self) -> None:
         formation, require = self._formation, self._findings.require
         step, own = formation.plant.step, formation.index
+        self._require_one_ready("before its loss")
         formation.ready.clear()
         formation.change([SatelliteLost(own, f"{formation.name} is lost")], formation.commands[-1:])
         formation.announce_change()
-        formation.spin(_QUIET, self._has_left)
+        formation.spin(QUIET, self._has_left)
         formation.neighbour_messages(step, self._senders)
         formation.states()
-        formation.spin(2.0 * _QUIET, self._has_left)
-        self._require_none("L1", "though it is lost", step)
+        formation.spin(2.0 * QUIET, self._has_left)
+        self._responses.require_none("L1", "though it is lost", step)
         code = self._program.exit_code(0.0 if formation.ready else _END)
         if not formation.ready:
             if self._program.is_ours:
@@ -325,6 +294,9 @@ class Procedure:
         ):
             raise Stopped
         self._note_ready(first=False)
+        checkpoint = formation.ready[-1].checkpoint
+        sentence = f"NodeReady has checkpoint {checkpoint}, and it was lost at step {step}"
+        require("L2", -1 <= checkpoint <= step, sentence)
         # Those of the process before are no messages of the one that rejoins.
         formation.commands.clear()
         formation.announcements.clear()
@@ -333,27 +305,29 @@ class Procedure:
             formation.neighbour_messages(formation.plant.step, self._senders)
             formation.states()
             formation.advance()
-        formation.spin(_QUIET)
-        for command in formation.commands:
-            require("L3", False, f"a command for step {command.step} before the step of its return")
+        formation.spin(QUIET)
+        for messages, what in ((formation.commands, "command"), (formation.announcements, "phase")):
+            for message in messages:
+                require("L3", False, f"a {what} for step {message.step} before the step of its return")
         while formation.plant.step < STEPS - 3:
             formation.advance()
         formation.change([SatelliteRejoined(own, None)])
         formation.announce_change()
         formation.states()
-        self._require_phase("L3", f"no phase for step {formation.plant.step}, at which it rejoins")
+        self._responses.require_phase("L3", f"no phase for step {formation.plant.step}, at which it rejoins")
         formation.neighbour_messages(formation.plant.step, self._senders)
-        self._answer("L3", "it has rejoined")
+        self._responses.require_answer("L3", "it has rejoined")
 
     def _end(self) -> None:
         formation, require = self._formation, self._findings.require
         while formation.plant.step < STEPS:
             formation.neighbour_messages(formation.plant.step, self._senders)
             formation.states()
-            self._answer()
+            self._responses.require_answer()
         formation.neighbour_messages(STEPS, self._senders)
         formation.states()
-        self._quiet("X1", "for the state after the last step")
+        self._responses.require_quiet("X1", "for the state after the last step")
+        self._require_one_ready("after its loss")
         formation.status(FormationStatus.FINISHED)
         if self._program.is_ours:
             code = self._program.exit_code(_END)
@@ -363,92 +337,11 @@ class Procedure:
             gone = formation.spin(_END, lambda: not formation.node_is_there)
             require("X1", gone, f"after FINISHED it is there for {_END:g} s")
 
-    # What a node does
+    # The node
 
     def _name(self, index: int) -> str:
         return self._formation.name_of(index)
 
-    def _has_answered(self) -> bool:
-        formation = self._formation
-        step = formation.plant.step
-        return any(command.step == step for command in formation.commands) and any(
-            message.step == step + 1 for message in formation.announcements
-        )
-
-    def _answer(self, rule: str = "S3", why: str = "", *, advance: bool = True) -> None:
-        """Wait for the command of the present step and the next phase, look at both, and go on."""
-        formation, require = self._formation, self._findings.require
-        step = formation.plant.step
-        answered = formation.spin(_ANSWER, self._has_answered)
-        commands = [command for command in formation.commands if command.step == step]
-        announced = [message for message in formation.announcements if message.step == step + 1]
-        because = f", though {why}" if why else ""
-        missing = "command" if not commands else f"phase for step {step + 1}"
-        sentence = f"no {missing} within {_ANSWER:g} s after all messages of step {step}{because}"
-        # Without a command it is the rule that is broken under which it had to come.
-        if not require("S3" if commands else rule, answered, sentence):
-            raise Stopped
-        require(rule, True, "")
-        self._look_at(commands[0], announced[0], step)
-        if advance:
-            formation.advance()
-
-    def _look_at(self, command: Any, announced: Any, step: int) -> None:
-        formation, require = self._formation, self._findings.require
-        wrong = formation.contradicts(command, step, exact=True)
-        require("S4", not wrong, f"the stamp of the command of step {step} is not that of its step")
-        wrong = formation.contradicts(announced, step + 1, exact=False)
-        require("S4", not wrong, f"the stamp of the phase for step {step + 1} contradicts its step")
-        for message, what in ((command, "command"), (announced, "phase")):
-            frame = message.header.frame_id
-            require("S4", frame == "lvlh", f"the frame_id of the {what} is {frame!r}")
-        sound = are_valid([*numbers_of(command), *numbers_of(announced)])
-        require("S5", sound, f"a number at step {step} is not finite, or beyond 1e15")
-        if sound:
-            same = announced_by_command(command) == announced_values(announced)
-            require("S6", same, f"announced_* at step {step} are not those of the next phase")
-        stamp = announced.header.stamp
-        require("S6", command.announced_at == stamp, f"announced_at at step {step} is not the next stamp")
-
-    def _require_phase(self, rule: str, sentence: str) -> None:
-        formation = self._formation
-        step = formation.plant.step
-        came = formation.spin(
-            _ANSWER, lambda: any(message.step == step for message in formation.announcements)
-        )
-        self._findings.require(rule, came, sentence)
-
-    def _quiet(self, rule: str, why: str) -> None:
-        """Look that the node does not answer, though it had the time to."""
-        self._give_time()
-        self._require_none(rule, why, self._formation.plant.step)
-
-    def _give_time(self) -> None:
-        """Give the node time to take what was published.
-
-        It has taken it when statuses, repeated one after the other, have each been answered by the last
-        command (rule S8); one answer may be that to the status of a change before.
-        """
-        self._formation.spin(_SHORTEST_QUIET)
-        end = time.monotonic() + _REPEATED
-        for _ in range(3):
-            before = len(self._repeated_messages())
-            self._formation.repeat_status()
-            self._wait_for_repetitions(before + 1, end - time.monotonic())
-
-    def _repeated_messages(self) -> Sequence[Any]:
-        """What the node repeats once for a repeated status: its last command, before the first its phase."""
-        return self._formation.commands or self._formation.announcements
-
-    def _wait_for_repetitions(self, count: int, seconds: float) -> None:
-        self._formation.spin(seconds, lambda: len(self._repeated_messages()) >= count)
-
     def _has_left(self) -> bool:
         """Whether the node that is lost has ended, or is ready to rejoin."""
         return bool(self._formation.ready) or self._program.exit_code(0.0) is not None
-
-    def _require_none(self, rule: str, why: str, step: int) -> None:
-        # A node that waits for nobody breaks one rule, not all that say for whom it is to wait.
-        rule = "S2" if rule in ("F2", "F3") and "S2" in self._findings.broken else rule
-        none = not any(command.step == step for command in self._formation.commands)
-        self._findings.require(rule, none, f"a command for step {step} {why}")

@@ -5,10 +5,10 @@
 from collections import Counter
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from satform.common.name_list import listed
 from satform.communication.topic_table import RECORDER, Channel, relative
@@ -39,10 +39,13 @@ class Shortcoming:
     Attributes:
         node: its name.
         sentence: what it lacks, or has too much of.
+        kind: what does not fit: the endpoint is not there (or there twice), or it has another type, another
+            definition of the type, or another quality of service.
     """
 
     node: str
     sentence: str
+    kind: Literal["endpoint", "type", "definition", "QoS"] = "endpoint"
 
 
 def shortcomings(
@@ -125,10 +128,8 @@ def _subscribers(node: Node, channel: Channel, names: Iterable[str]) -> list[Sho
     for name in names:
         if name not in own:
             found.append(Shortcoming(name, f"{name} does not subscribe to {topic}"))
-        elif _type(own[name]) != type_name(topic_types.TYPES[channel.kind]):
-            found += _unfit(name, "subscribes to", topic, channel, own[name])
         else:
-            found += _changed_type(name, "subscribes to", topic, channel, own[name])
+            found += _unfit(name, "subscribes to", topic, channel, own[name])
     return found
 
 
@@ -136,17 +137,26 @@ def _unfit(name: str, verb: str, topic: str, channel: Channel, own: Any) -> list
     """What of an endpoint does not fit the others of its topic: its type, or its quality of service."""
     wanted = type_name(topic_types.TYPES[channel.kind])
     if _type(own) != wanted:
-        return [Shortcoming(name, f"{name} {verb} {topic} as {_type(own)}, not as {wanted}")]
+        return [Shortcoming(name, f"{name} {verb} {topic} as {_type(own)}, not as {wanted}", "type")]
     changed = _changed_type(name, verb, topic, channel, own)
     if changed:
         return changed
-    profile = own.qos_profile
+    found = _unfit_qos(channel, own.qos_profile, publishes=verb == "publishes")
+    return [Shortcoming(name, f"{name} {verb} {topic} as {found}", "QoS")] if found else []
+
+
+def _unfit_qos(channel: Channel, profile: QoSProfile, *, publishes: bool) -> str:
+    """How the quality of service of an endpoint differs from that of its topic; empty when it fits."""
+    others = "its readers want" if publishes else "it has to be"
     if profile.reliability == ReliabilityPolicy.BEST_EFFORT:
-        return [Shortcoming(name, f"{name} {verb} {topic} as best effort, and its readers want reliable")]
+        return f"best effort, and {others} reliable"
     latched = channel.rhythm == "occasional" and channel.kind not in _NOT_LATCHED
     if latched and profile.durability == DurabilityPolicy.VOLATILE:
-        return [Shortcoming(name, f"{name} {verb} {topic} as volatile, and its readers want transient local")]
-    return []
+        return f"volatile, and {others} transient local"
+    each_step = channel.rhythm != "occasional"
+    if not publishes and each_step and profile.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+        return "transient local, and its publishers offer volatile"
+    return ""
 
 
 def changed_types(node: Node, channels: Sequence[Channel], names: Collection[str]) -> list[Shortcoming]:
@@ -188,7 +198,7 @@ def _changed_type(name: str, verb: str, topic: str, channel: Channel, own: Any) 
         f"{name} {verb} {topic} with another definition of {type_name(wanted)} ({found[:_HASH_SHOWN]}..., "
         f"here {here[:_HASH_SHOWN]}...); build it with the messages of this satform"
     )
-    return [Shortcoming(name, sentence)]
+    return [Shortcoming(name, sentence, "definition")]
 
 
 def _type(endpoint: Any) -> str:
