@@ -314,6 +314,14 @@ class NoPhase(ForeignSatellite):
             super().publish(publisher, message, step)
 
 
+class NoPhaseForRecorder(NoPhase):
+    """S3: no phase from step 3 on, in a graph in which only the recorder receives it."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.targets[self.phase] = 1
+
+
 class Stuck(ForeignSatellite):
     """S2: publishes its last messages again and again, and commands no more from step 3 on."""
 

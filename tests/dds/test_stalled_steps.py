@@ -91,3 +91,18 @@ def test_a_satellite_without_its_first_phase_ends_the_flight_by_name(
     code, text = flown(start_run, start_program, tmp_path / "run", "NoFirstPhase")
     assert code == 3
     assert "no /sat2/arc_length for step 0 within 3 s" in text
+
+
+def test_a_satellite_whose_phase_the_recorder_alone_lacks_is_lost_and_not_the_recorder(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    # The plant waits for the recorder when it is 256 steps ahead.
+    one_way = "graph={kind: matrix, rows: [[0, 0, 1], [1, 0, 1], [1, 0, 0]]}"
+    more = (one_way, "timing.duration=150")
+    code, text = flown(start_run, start_program, tmp_path / "run", "NoPhaseForRecorder", *more)
+    assert code == 3, text
+    assert "no /sat2/arc_length for step 25" in text
+    assert json.loads((tmp_path / "run" / "result.json").read_text())["lost"] == ["sat2"]
+    assert read_bag(tmp_path / "run" / "bag").record.steps == 300
