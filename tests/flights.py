@@ -8,6 +8,8 @@ from pathlib import Path
 
 from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
+from satform.flight.simulate import simulate
+from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, load_scenario
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
@@ -22,6 +24,14 @@ def shipped(name: str, *changes: str) -> Scenario:
 def shortened(name: str, duration: float, *changes: str) -> Scenario:
     """A shipped scenario flown for a while only, and not judged."""
     return shipped(name, f"timing.duration={duration}", "expect=[]", *changes)
+
+
+@functools.cache
+def begun(name: str, interval: int) -> tuple[Scenario, FlightRecord]:
+    """A shipped scenario over three intervals of checkpoints of a number of steps each, and its flight."""
+    step = shipped(name).timing.step
+    scenario = shortened(name, 3 * interval * step, f"checkpoint_period={interval * step}")
+    return scenario, simulate(scenario)
 
 
 def satellite_of(scenario: Scenario, index: int) -> Satellite:

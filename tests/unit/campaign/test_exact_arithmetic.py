@@ -58,13 +58,13 @@ made["one_at_a_time"] = campaign(sampling={"kind": "one_at_a_time"}, dispersions
 for name, distribution in distributions.items():
     for kind in ("monte_carlo", "latin_hypercube", "sobol"):
         dispersions = [of("satellites[*].arc_length", distribution)]
-        made[f"{name} {kind}"] = campaign(runs=60, sampling={"kind": kind}, dispersions=dispersions)
+        made[f"{name} {kind}"] = campaign(runs=20, sampling={"kind": kind}, dispersions=dispersions)
 made["correlated"] = campaign(
-    runs=60,
+    runs=20,
     dispersions=[of(path, uniform) for path in fields],
     correlated=[{"of": fields, "matrix": [[1.0, 0.3, 0.2], [0.3, 1.0, 0.6], [0.2, 0.6, 1.0]]}],
 )
-MOST = 60
+MOST = 20
 values = {
     name: [case_values(own, number) for number in range(min(MOST, own.cases))] for name, own in made.items()
 }

@@ -29,7 +29,7 @@ from satform.scenario.expectation import ComputedFrom
 KINDS = sorted(
     kind for kind, spec in specs("satform.metrics").items() if spec.computed_from is ComputedFrom.BLOCKS
 )
-SEEDS = range(20)
+SEEDS = range(8)
 NAMES = ("a", "b", "c", "d")
 
 
@@ -53,7 +53,7 @@ def test_a_figure_is_that_of_its_formula_for_any_blocks_and_any_runs_beside(kind
         alone = [reduced(expectation.reducer(shape(flight)), [flight], some) for flight in flown]
         assert bits(np.concatenate(alone)) == bits(measured), f"seed {seed}, alone"
     # Where no figure was known there would be nothing to compare.
-    assert known >= 5
+    assert known >= 2
 
 
 def test_every_kind_has_a_formula_and_a_reducer_but_those_of_loops_and_of_links() -> None:
@@ -91,7 +91,7 @@ def test_the_memory_of_a_figure_does_not_grow_with_the_flight_nor_with_its_block
     rng = np.random.default_rng([1, *kind.encode()])
     expectation = expectation_of(kind, rng, one_flight(rng, 10, NAMES, 1.0, turning=True))
     held = []
-    for steps, size in ((20, 10), (2000, 10), (2000, 500)):
+    for steps, size in ((20, 10), (400, 10), (400, 100)):
         flight = one_flight(np.random.default_rng(7), steps, NAMES, 1.0, turning=True)
         reducer = expectation.reducer(shape(flight))
         reduced(reducer, [flight], list(range(size, steps, size)))

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from flights import SCENARIOS, satellite_of, shipped, shortened
+from flights import SCENARIOS, begun, satellite_of, shipped
 from formations import RATE, formation
 from satform.communication.channel_model import LinkSpec
 from satform.evaluation.arc_lengths import ArcLengthRate, ArcLengthSpread
@@ -104,7 +104,7 @@ def test_a_satellite_may_be_lost_twice() -> None:
     assert np.flatnonzero(record.absent[:, 1]).tolist() == [*range(10, 20), *range(24, 30)]
 
 
-def undisturbed(scenario: Scenario, at: int) -> list[str]:
+def undisturbed(scenario: Scenario, at: int, flight: FlightRecord | None = None) -> list[str]:
     """Differences that a loss and return of everyone at a checkpoint's own step make."""
     count = len(scenario.satellites)
     events: Plan = {
@@ -113,7 +113,7 @@ def undisturbed(scenario: Scenario, at: int) -> list[str]:
             *(SatelliteRejoined(place, at) for place in range(count)),
         ]
     }
-    return simulate(scenario, events=events).differences(simulate(scenario))
+    return simulate(scenario, events=events).differences(flight or simulate(scenario))
 
 
 def takes_time(link: LinkSpec) -> bool:
@@ -133,14 +133,14 @@ def test_light_time_delays_a_message_and_a_channel_without_it_does_not() -> None
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.yaml")), ids=lambda file: file.stem)
 def test_a_return_at_the_checkpoint_s_own_step_changes_no_bit_of_any_shipped_scenario(file: Any) -> None:
     whole = shipped(file.stem)
-    step, late = whole.timing.step, whole.links is not None and takes_time(whole.links.default)
+    late = whole.links is not None and takes_time(whole.links.default)
     # Long enough for the first words to arrive where they take their time.
-    unit = 32 if late else 8
-    scenario = shortened(file.stem, 3 * unit * step, f"checkpoint_period={unit * step}")
+    interval = 32 if late else 5
+    scenario, flight = begun(file.stem, interval)
     filters = [whole.satellite(index).navigation for index in range(len(whole.satellites))]
     exchange = any(own is not None and own.exchange != "none" for own in filters)
     # What was under way to a satellite is lost with it, and in the step of a loss no estimate is exchanged.
-    assert bool(undisturbed(scenario, 2 * unit)) == (late or exchange)
+    assert bool(undisturbed(scenario, 2 * interval, flight)) == (late or exchange)
 
 
 MORE = {
