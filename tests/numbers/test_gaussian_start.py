@@ -13,7 +13,7 @@ from satform.scenario import parse_scenario
 
 pytestmark = pytest.mark.unmeasured
 
-RUNS, STEPS, STEP, PERIOD = 4000, 30, 10.0, 6000.0
+RUNS, STEPS, STEP, PERIOD = 1000, 30, 10.0, 6000.0
 
 SCENARIO = f"""
 name: gaussian_start

@@ -5,12 +5,14 @@
 import json
 import os
 import shutil
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from satform.campaign.chunk import fly_chunk
 from satform.campaign.folder import CampaignFolder, locked
 from satform.campaign.loader import load_campaign
 from satform.campaign.result_files import result_files, write_results
@@ -51,14 +53,24 @@ def test_a_case_of_a_folder_whose_copy_of_the_scenario_was_changed_is_refused(
     assert not (tmp_path / "run").exists()
 
 
+def stored(out: Path, file: Path, *numbers: Sequence[int]) -> Path:
+    """The folder of a campaign whose cases with some numbers were flown in this process, by file."""
+    out.mkdir()
+    campaign = load_campaign(file)
+    manifest = CampaignFolder.create(out, campaign, file, "2026-01-01T00:00:00+00:00").manifest
+    for some in numbers:
+        results = [manifest.columns.complete(result) for result in fly_chunk(campaign, some)]
+        write_results(out, results, manifest.schema)
+    return out
+
+
 def test_results_of_another_campaign_in_a_folder_are_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     file = write_campaign(tmp_path, runs=2)
     for out, seed in (("first", "seed: 7"), ("second", "seed: 8")):
         file.write_text(file.read_text().replace("seed: 7", seed))
-        words = ["campaign", "run", str(file), "--workers", "1", "--out", str(tmp_path / out)]
-        assert cli.main(words) == EXIT_DONE
+        stored(tmp_path / out, file, [0, 1])
     [other] = (tmp_path / "second" / "results").iterdir()
     [own] = (tmp_path / "first" / "results").iterdir()
     own.unlink()
@@ -68,7 +80,10 @@ def test_results_of_another_campaign_in_a_folder_are_refused(
     error = capsys.readouterr().err
     assert f"{own.parent / other.name}: is of another campaign: it has the digest" in error
     assert len(error.splitlines()) == 1
-    assert cli.main(["campaign", "resume", "--stored", str(tmp_path / "first"), "--repair"]) == EXIT_DONE
+    assert (
+        cli.main(["campaign", "resume", "--stored", str(tmp_path / "first"), "--repair", "--workers", "1"])
+        == EXIT_DONE
+    )
     assert (tmp_path / "first" / "damaged" / other.name).exists()
 
 
@@ -117,16 +132,9 @@ def test_of_two_runs_that_find_the_same_folder_empty_one_is_refused_and_changes_
 
 
 @pytest.fixture
-def half_done(file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
+def half_done(file: Path, tmp_path: Path) -> Path:
     """The folder of a campaign of which about half of the cases have results."""
-    out = tmp_path / "half"
-    assert campaign_command(capsys, "run", file, "--out", out, "--workers", "1")[0] == EXIT_DONE
-    folder = CampaignFolder.open(out)
-    results = list(folder.results())
-    shutil.rmtree(out / "results")
-    write_results(out, results[:2], folder.manifest.schema)
-    write_results(out, [*results[3:5], results[9]], folder.manifest.schema)
-    return out
+    return stored(tmp_path / "half", file, [0, 1], [3, 4, 9])
 
 
 def test_a_resumed_campaign_flies_what_is_missing_and_has_the_same_hash(
@@ -146,7 +154,7 @@ def test_a_campaign_is_resumed_by_its_file_from_the_newest_folder(
     (tmp_path / "runs").mkdir()
     half_done.rename(tmp_path / "runs" / "small-1")
     monkeypatch.chdir(tmp_path)
-    assert campaign_summary(capsys, "resume", file)["results_hash"] == wanted
+    assert campaign_summary(capsys, "resume", file, "--workers", "1")["results_hash"] == wanted
 
 
 @pytest.mark.parametrize("changed", ["small.yaml", "triangle.yaml"])
@@ -160,7 +168,9 @@ def test_a_changed_campaign_or_scenario_is_not_resumed_unless_the_stored_one_is_
     assert code == EXIT_BAD_INPUT
     assert "the campaign or its scenario is not the one that was started" in err
     assert "--stored goes on with the copy in the folder" in err
-    assert campaign_summary(capsys, "resume", half_done, "--stored")["results_hash"] == wanted
+    assert (
+        campaign_summary(capsys, "resume", half_done, "--stored", "--workers", "1")["results_hash"] == wanted
+    )
 
 
 def test_a_damaged_file_of_results_is_named_and_a_repair_flies_its_cases_again(
@@ -175,7 +185,9 @@ def test_a_damaged_file_of_results_is_named_and_a_repair_flies_its_cases_again(
         assert code == EXIT_BAD_INPUT
         assert f"{damaged}: is damaged" in err
         assert f"satform campaign resume {half_done} --repair" in err
-    assert campaign_summary(capsys, "resume", half_done, "--repair")["results_hash"] == wanted
+    assert (
+        campaign_summary(capsys, "resume", half_done, "--repair", "--workers", "1")["results_hash"] == wanted
+    )
     assert (half_done / "damaged" / damaged.name).exists()
 
 

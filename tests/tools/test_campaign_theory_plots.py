@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from campaigns import CAMPAIGNS
 from flights import SCENARIOS
@@ -67,36 +68,41 @@ def test_phases_that_agree_from_the_start_agree_at_once(tmp_path: Path) -> None:
     assert drawn["flights"][1].tolist() == [0.0]
 
 
-def test_the_border_of_gains_has_a_spectral_radius_of_one(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def gains(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReportStatistics, Figure]:
+    """Statistics of the sweep of gains, every other case of which succeeds, and its picture."""
     campaign = load_campaign(CAMPAIGNS / "gain_sweep.yaml", SCENARIOS)
     results = [
         CaseResult(number, case_values(campaign, number), success=number % 2 == 0)
         for number in range(campaign.cases)
     ]
-    drawn = lines(stability_over_gains(studied(campaign, results, tmp_path / "sweep")))
+    found = studied(campaign, results, tmp_path_factory.mktemp("gains") / "sweep")
+    return found, stability_over_gains(found)
+
+
+def test_the_border_of_gains_has_a_spectral_radius_of_one(gains: tuple[ReportStatistics, Figure]) -> None:
+    campaign, drawn = load_campaign(CAMPAIGNS / "gain_sweep.yaml", SCENARIOS), lines(gains[1])
     assert len(drawn["flights that converge"][0]) == len(drawn["flights that do not"][0]) == 192
-    gains, layers = drawn["theory"]
+    reaching, layers = drawn["theory"]
     known = np.flatnonzero(np.isfinite(layers))
     assert len(known) > 15
     for index in known[::6]:
         changes = {
-            "satellites[*].controller.reaching_gain": float(gains[index]),
+            "satellites[*].controller.reaching_gain": float(reaching[index]),
             "satellites[*].controller.boundary_layer": float(layers[index]),
         }
         assert loop_radius(campaign.base.with_(changes), "tracking") == pytest.approx(1.0, abs=1e-6)
 
 
-def test_a_picture_holds_digest_and_results_as_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    campaign = load_campaign(CAMPAIGNS / "gain_sweep.yaml", SCENARIOS)
-    results = [
-        CaseResult(number, case_values(campaign, number), success=number < 96) for number in range(384)
-    ]
-    found = studied(campaign, results, tmp_path / "sweep")
+def test_a_picture_holds_digest_and_results_as_text(
+    gains: tuple[ReportStatistics, Figure], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    campaign, (found, figure) = load_campaign(CAMPAIGNS / "gain_sweep.yaml", SCENARIOS), gains
     monkeypatch.setattr(gallery, "FOLDER", tmp_path)
     assert not gallery.is_current(campaign)
-    gallery.save(stability_over_gains(found), found.summary, gallery.picture(campaign.name))
+    gallery.save(figure, found.summary, gallery.picture(campaign.name))
     assert gallery.is_current(campaign)
     entry = gallery._entry(campaign)
-    assert "96 of 384 cases succeed: 25 %" in entry
+    assert "192 of 384 cases succeed: 50 %" in entry
     assert "(**missed**)" in entry
     assert str(found.summary.results_hash)[:16] in entry

@@ -58,8 +58,8 @@ def test_the_script_builds_flies_varies_draws_and_reads_a_bag(tmp_path: Path) ->
     )
     assert done.stderr == ""
     said = done.stdout
-    assert "<Scenario formation: 3 satellites, cw, 6000 steps of 1 s>" in said
-    assert "<FlightRecord of sat1, sat2, sat3: 6000 steps of 1 s, 6000 s in all>" in said
+    assert "<Scenario formation: 3 satellites, cw, 1500 steps of 4 s>" in said
+    assert "<FlightRecord of sat1, sat2, sat3: 1500 steps of 4 s, 6000 s in all>" in said
     # Four times the coupling gain agrees sooner: the slow mode of the consensus decays faster.
     low, high = map(float, re.findall(r"phases differ by ([\d.]+) m", said))
     assert high < 0.01 * low
