@@ -221,10 +221,11 @@ class Forgetful(ForeignSatellite):
 
 
 class AnyVersion(ForeignSatellite):
-    """F1: answers a state whose formation it does not know."""
+    """F1: answers a state whose formation it does not know, once it flies."""
 
     def on_state(self, state: Any) -> None:
-        state.formation_version = 0
+        if self.step is not None:
+            state.formation_version = 0
         super().on_state(state)
 
 
@@ -288,6 +289,14 @@ class TooEarly(ForeignSatellite):
         if self.step is None:
             status.alive[1], status.step = True, 0
         super().on_status(status)
+
+
+class DropsFirstState(ForeignSatellite):
+    """L3: drops the state of the step of its return if it arrives before the status that says so."""
+
+    def on_state(self, state: Any) -> None:
+        if self.step is not None or self.status.version >= state.formation_version:
+            super().on_state(state)
 
 
 class Endless(ForeignSatellite):

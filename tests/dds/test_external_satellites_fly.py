@@ -102,6 +102,26 @@ def test_satellite_with_another_law_flies_any_satellite(
     assert np.isnan(record.reference_position[:, 2]).all()
 
 
+def test_satellite_that_knows_no_scenario_flies_on_a_graph_with_a_schedule(
+    start_run: Callable[..., "subprocess.Popen[str]"],
+    start_program: Callable[..., "subprocess.Popen[str]"],
+    tmp_path: Path,
+) -> None:
+    # Until 20 s sat1 receives from sat2 alone, then from sat4 alone.
+    change = "{at: 20.0, add: [[sat4, sat1], [sat1, sat4]], remove: [[sat1, sat2], [sat2, sat1]]}"
+    options = ("satellites[sat1].external=true", f"graph_schedule=[{change}]", "timing.duration=40")
+    flight = start_run("switching_graph", *(part for option in options for part in ("--set", option)))
+    program = start_program(
+        tmp_path / "run", [sys.executable, str(EXAMPLES / "hold" / "hold_position.py"), "sat1"]
+    )
+    _, messages = flight.communicate(timeout=200)
+    assert (flight.returncode, program.wait(20)) == (0, 0), messages
+    phase = read_bag(tmp_path / "run" / "bag").record.arc_length
+    # It announces what it received for the step before, of its only in-neighbour.
+    assert phase[2:20, 0].tolist() == phase[1:19, 1].tolist()
+    assert phase[22:40, 0].tolist() == phase[21:39, 3].tolist()
+
+
 def test_example_in_python_is_under_eighty_lines() -> None:
     lines = (EXAMPLES / "python" / "foreign_satellite.py").read_text().splitlines()
     assert len([line for line in lines if line.strip()]) < 80

@@ -29,9 +29,10 @@ now = SimpleNamespace(status=None, state=None, anchor=None, step=None, phase=(0.
 
 
 def edges(end, other):
-    """Names at one end of the edges whose other end this satellite is."""
-    names = now.status.satellites
-    return [names[first] for first, second in zip(end, other, strict=True) if names[second] == OWN]
+    """Names of the flying satellites at one end of the edges whose other end this satellite is."""
+    names, alive = now.status.satellites, now.status.alive
+    pairs = zip(end, other, strict=True)
+    return [names[first] for first, second in pairs if names[second] == OWN and alive[first]]
 
 
 def senders():
@@ -45,8 +46,9 @@ def take_status(message):
         raise SystemExit(0)
     if now.status.phase == FormationStatus.ABORTED or (now.step is not None and not alive):
         raise SystemExit(3)
-    for name in senders():
-        if name not in sources:
+    # The status has the present edges alone, and a schedule of the scenario may bring others.
+    for name in now.status.satellites:
+        if name != OWN and name not in sources:
             sources[name] = node.create_subscription(
                 ArcLength, f"{name}/arc_length", partial(take_phase, name), EACH_STEP
             )
@@ -72,7 +74,7 @@ def report_ready():
     receivers = edges(now.status.edge_receivers, now.status.edge_senders)
     wanted = {ready_publisher: 1, command_publisher: 1 + RECORDED, phase_publisher: len(receivers) + RECORDED}
     now.ready = all(end.get_subscription_count() >= count for end, count in wanted.items()) and all(
-        end.get_publisher_count() for end in (states, *sources.values())
+        end.get_publisher_count() for end in (states, *(sources[name] for name in senders()))
     )
     if now.ready:
         message = NodeReady(node=node.get_fully_qualified_name(), checkpoint=-1, interface=1)
@@ -86,17 +88,18 @@ def act():
         return
     if state.step == status.last_step:
         return
-    alive = dict(zip(status.satellites, status.alive, strict=True))
     stamp = state.header.stamp
     if now.step is None:
-        if state.step < status.step or not alive[OWN]:
+        if state.step < status.step or not status.alive[status.satellites.index(OWN)]:
             return
         now.step, now.anchor = state.step, (state.position.x, state.position.y, state.position.z)
         publish(phase_publisher, announcement(), now.step, stamp)
-    names = [name for name in senders() if alive[name]]
+    names = senders()
     if state.step != now.step or any((now.step, name) not in phases for name in names):
         return
-    received = [phases.pop((now.step, name)) for name in names]
+    received = [phases[now.step, name] for name in names]
+    for key in [key for key in phases if key[0] <= now.step]:
+        del phases[key]
     if received:
         now.phase = tuple(sum(values) / len(received) for values in zip(*received, strict=True))
     command = Command(announced_at=stamp)

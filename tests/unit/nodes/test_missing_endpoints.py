@@ -51,11 +51,11 @@ def formation(context: rclpy.Context, *without: tuple[str, str]) -> dict[str, No
     return nodes
 
 
-def found(nodes: dict[str, Node], wanted: str = "") -> list[Shortcoming]:
+def found(nodes: dict[str, Node], wanted: str = "", *, recorded: bool = True) -> list[Shortcoming]:
     """What is found once a sentence is the first of it, or nothing is where none is wanted."""
     end = time.monotonic() + 30.0
     while True:
-        seen = shortcomings(nodes["plant"], TABLE, recorded=True)
+        seen = shortcomings(nodes["plant"], TABLE, recorded=recorded)
         if (seen[0].sentence if seen else "") == wanted or time.monotonic() > end:
             return seen
         time.sleep(0.02)  # polls: rclpy has no event for discovery
@@ -65,6 +65,14 @@ def test_of_a_formation_with_all_it_needs_nothing_is_found(context: rclpy.Contex
     # Without publishers of /diagnostics and of parameter changes, which a flight does without.
     assert found(formation(context)) == []
     assert "recorder has discovered all its topics" in in_words([], [RECORDER])
+
+
+def test_of_a_formation_without_recorder_nothing_is_asked_for_the_recorder(context: rclpy.Context) -> None:
+    progress = "/formation/recorder_progress"
+    nodes = formation(context, ("plant", progress))
+    nodes.pop(RECORDER).destroy_node()
+    assert found(nodes, "there is no node recorder")
+    assert found(nodes, recorded=False) == []
 
 
 def test_the_node_that_lacks_a_publisher_is_named_and_not_the_one_that_waits_for_it(

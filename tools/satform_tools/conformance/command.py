@@ -166,7 +166,7 @@ def _print(findings: Findings, output: list[str]) -> None:
     for rule, about in RULES.items():
         outcome = findings.outcome(rule)
         console.line(f"{rule}  {outcome:<9}  {about}")
-        for sentence in findings.broken.get(rule, []):
+        for sentence in findings.remarks(rule):
             console.line(f"      {sentence}")
     if findings.broken and output:
         console.line("output of the program:")

@@ -24,7 +24,7 @@ QUIET = 0.5
 STANDSTILL = 2.5
 """Wall-clock time for which a step does not go on, s; the plant repeats its status at least once a second."""
 
-_SHORTEST_QUIET = 0.2
+SHORTEST_QUIET = 0.2
 """As `QUIET`, where a node repeats its last messages and so shows that it has taken all messages, s."""
 
 _REPEATED = 2.0
@@ -122,7 +122,7 @@ class Responses:
         It has taken it when statuses, repeated one after the other, have each been answered by the last
         command (rule S8); one answer may be that to the status of a change before.
         """
-        self._formation.spin(_SHORTEST_QUIET)
+        self._formation.spin(SHORTEST_QUIET)
         end = time.monotonic() + _REPEATED
         for _ in range(3):
             before = len(self._repeated_messages())

@@ -38,10 +38,12 @@ class Findings:
     Attributes:
         tried: rules that were tried.
         broken: of each broken rule, sentences about how.
+        left_out: of each rule that this scenario does not allow to try, a sentence about why.
     """
 
     tried: set[str] = field(default_factory=set)
     broken: dict[str, list[str]] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
 
     def require(self, rule: str, fulfilled: object, sentence: str) -> bool:
         """Note whether a rule is kept.
@@ -59,6 +61,20 @@ class Findings:
             self.broken[rule].append(sentence)
         return bool(fulfilled)
 
+    def leave_out(self, rule: str, why: str) -> None:
+        """Note why a rule is not tried.
+
+        Args:
+            rule: that is not tried.
+            why: as a sentence.
+        """
+        self.left_out[rule] = why
+
+    def remarks(self, rule: str) -> list[str]:
+        """Sentences about how a rule is broken, or why it is not tried."""
+        why = self.left_out.get(rule)
+        return self.broken.get(rule, [why] if why else [])
+
     def outcome(self, rule: str) -> str:
         """`kept`, `broken` or `not tried`."""
         if self.broken.get(rule):
@@ -67,4 +83,11 @@ class Findings:
 
     def data(self) -> dict[str, dict[str, object]]:
         """Outcome and sentences of each rule, for JSON."""
-        return {rule: {"outcome": self.outcome(rule), "found": self.broken.get(rule, [])} for rule in RULES}
+        return {
+            rule: {
+                "outcome": self.outcome(rule),
+                "found": self.broken.get(rule, []),
+                "why_not_tried": self.left_out.get(rule, ""),
+            }
+            for rule in RULES
+        }

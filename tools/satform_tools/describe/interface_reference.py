@@ -47,6 +47,19 @@ _FLAGS = [field.name for field in fields(Equipment) if field.name not in ("name"
 """What a satellite may have; standard messages of sensors, for which no node waits, are not on the page."""
 
 
+_FIELDS_OF = {
+    "thruster": "`thruster`",
+    "sensor": "`sensor` or `navigation`",
+    "filter": "`filter` or `navigation`",
+    "attitude": "`attitude`",
+    "attitude_filter": "`attitude` with `filter`",
+    "links": "`links` with a `channel`",
+    "readings": "`sensors`",
+    "estimated": "`navigation` with `estimates: formation`",
+}
+"""Of what a satellite may have, the fields of the scenario by which it has it."""
+
+
 def text() -> str:
     """The page.
 
@@ -80,7 +93,7 @@ def _conditions() -> dict[str, str]:
         return {channel.kind for channel in channels(plan)}
 
     flags = [name for name in _FLAGS if name != "external"]
-    found = {kind: flag for flag in flags for kind in kinds(**{flag: True}) - kinds()}
+    found = {kind: _FIELDS_OF.get(flag, flag) for flag in flags for kind in kinds(**{flag: True}) - kinds()}
     return {
         **found,
         "arc_length": "consensus on the phase",
@@ -95,7 +108,8 @@ def _topics() -> Iterator[str]:
     yield (
         "Names are those in the root namespace. The columns *publishes* and *subscribes* name the nodes; "
         "*optional* is what the node of an external satellite may do without. *If there is* names the "
-        "equipment of the satellite in the scenario. With `--no-record` there is no recorder.\n"
+        "fields of the satellite or the scenario without which there is no such topic. "
+        "With `--no-record` there is no recorder.\n"
     )
     yield "| topic | type | if there is | a message | publishes | subscribes | optional | QoS |"
     yield "|---|---|---|---|---|---|---|---|"

@@ -63,7 +63,11 @@ def shortcomings(
         Nodes that are not there at all first; then each missing or unfit endpoint in the channels' order.
     """
     here = {name for name, space in node.get_node_names_and_namespaces() if space == node.get_namespace()}
-    needed = [channel for channel in channels if not channel.optional]
+    needed = [
+        channel
+        for channel in channels
+        if not channel.optional and (recorded or channel.publishers != (RECORDER,))
+    ]
     names = dict.fromkeys(
         name
         for channel in needed
