@@ -17,8 +17,8 @@ from satform.control.protocol import ControlStep, FlightSetting, Gap, Motion, re
 from satform.dynamics import cw
 from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
 from satform.flight.simulate import simulate
-from satform.navigation.estimator import FilterSpec
 from satform.navigation.kalman_filter import process_covariance
+from satform.navigation.relative_state_filter import FilterSpec
 from satform.orbits.path_reference import Reference
 from satform.planning.impulsive_guidance import TimedBurnsSpec
 from satform.record.flight_record import FlightRecord

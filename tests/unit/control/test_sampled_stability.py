@@ -21,7 +21,7 @@ from satform.evaluation.evaluate import judge
 from satform.evaluation.loops import SpectralRadius
 from satform.evaluation.sampled_loops import sampled_loops
 from satform.flight.simulate import simulate
-from satform.navigation.estimator import FilterSpec, estimation_transition
+from satform.navigation.relative_state_filter import FilterSpec, estimation_transition
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario, parse_scenario
 from satform_tools.check.consensus import margin

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from satform.equipment.sensors.relative_motion import Measurement
-from satform.navigation.estimator import Estimator, EstimatorMemory
 from satform.navigation.kalman_filter import KalmanFilter, ProcessStep, process_model
+from satform.navigation.relative_state_filter import Estimator, EstimatorMemory
 from satform.numeric.elementwise import Array
 
 MEAN_MOTION, STEP = 2.0 * math.pi / 6000.0, 10.0

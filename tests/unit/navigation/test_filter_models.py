@@ -18,8 +18,8 @@ from scipy.stats import chi2
 from satform.dynamics.relative_motion_models import RelativeMotionModel, relative_motion_model
 from satform.dynamics.stepwise_model import StepwiseModel
 from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
-from satform.navigation.estimator import Estimator, FilterSpec
 from satform.navigation.kalman_filter import normalised_error_squared, process_model
+from satform.navigation.relative_state_filter import Estimator, FilterSpec
 from satform.numeric import stacking
 from satform.numeric.elementwise import norm
 from satform.orbits.chief import ChiefOrbitSpec

@@ -10,7 +10,6 @@ from scipy.linalg import expm
 from satform.dynamics.cw import HeldInputStep
 from satform.equipment.random_streams import NAVIGATION_STREAM
 from satform.equipment.sensors.relative_motion import Measurement, NavigationSpec
-from satform.navigation.estimator import Estimator, FilterSpec
 from satform.navigation.kalman_filter import (
     Estimate,
     KalmanFilter,
@@ -18,6 +17,7 @@ from satform.navigation.kalman_filter import (
     process_covariance,
     process_model,
 )
+from satform.navigation.relative_state_filter import Estimator, FilterSpec
 from satform.numeric.seeded_numbers import SeededNormals
 
 MEAN_MOTION = 2.0 * math.pi / 6000.0

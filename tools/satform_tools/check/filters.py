@@ -14,7 +14,7 @@ from satform.dynamics.linear import multiply
 from satform.dynamics.protocol import Dynamics
 from satform.dynamics.relative_motion_models import ModelName
 from satform.flight.compile_satellite import flight_plan
-from satform.navigation.estimator import Estimator
+from satform.navigation.relative_state_filter import Estimator
 from satform.numeric.elementwise import Array
 from satform.scenario import Scenario
 

@@ -16,7 +16,7 @@ from satform.control.protocol import ControlStep
 from satform.control.sliding_mode import SlidingMode, reaching_time
 from satform.flight.compile_satellite import flight_setting
 from satform.flight.plans import FlightPlan
-from satform.navigation.estimator import Estimator, estimation_transition
+from satform.navigation.relative_state_filter import Estimator, estimation_transition
 from satform.numeric.elementwise import Array
 from satform.orbits.path_reference import Reference
 from satform.scenario import Scenario

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a scenario, in this process or over DDS, and judges the flight by its expectations."""
+"""Runs a scenario, in this process or over DDS, and judges the flight by its expectations.
+
+The exit code is decided in `run_result`.
+"""
 
 import math
 import time

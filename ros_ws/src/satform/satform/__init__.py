@@ -39,7 +39,7 @@ _MODULES = {
     "EllipseSpec": "satform.orbits.curve_specs",
     "Expectation": "satform.scenario.expectation",
     "FeedbackLinearisationSpec": "satform.control.feedback_linearisation",
-    "FilterSpec": "satform.navigation.estimator",
+    "FilterSpec": "satform.navigation.relative_state_filter",
     "FixedPointSpec": "satform.orbits.curve_specs",
     "FixedStepSpec": "satform.dynamics.specs",
     "FlightRecord": "satform.record.flight_record",

@@ -72,7 +72,7 @@ from satform.membership.faults import SatelliteLostSpec as SatelliteLostSpec
 from satform.membership.faults import StuckThrusterSpec as StuckThrusterSpec
 from satform.membership.faults import WeakThrusterSpec as WeakThrusterSpec
 from satform.membership.formation import GraphChangeSpec as GraphChangeSpec
-from satform.navigation.estimator import FilterSpec as FilterSpec
+from satform.navigation.relative_state_filter import FilterSpec as FilterSpec
 from satform.orbits.chief import ChiefOrbitSpec as ChiefOrbitSpec
 from satform.orbits.curve_specs import CircleSpec as CircleSpec
 from satform.orbits.curve_specs import EllipseSpec as EllipseSpec

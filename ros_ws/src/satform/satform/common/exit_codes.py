@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""How a command or a node's process ends: the one table of exit codes."""
+"""How a command or a node's process ends: the one table of exit codes.
+
+Which of them `satform run` gives is decided in `satform_tools.run.run_result`.
+"""
 
 EXIT_DONE = 0
 """Done; what was judged is as expected."""

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Equations of a link budget: free-space loss, bit error rates by modulation, loss of messages.
 
+The radio and optical links of a scenario, which use them, are in `physical_links`.
+
 Ratios are factors, not decibels, unless a name or docstring says so.
 """
 

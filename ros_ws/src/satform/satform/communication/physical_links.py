@@ -3,7 +3,7 @@
 """Radio and optical links: from the true geometry to the loss of messages and the light time.
 
 The truth (plant) evaluates this model. A satellite's link layer gets only the result for its own incoming
-links, and the flight software none of it.
+links, and the flight software none of it. The equations are in `link_budget`, antennas in `antennas`.
 """
 
 import math

@@ -15,7 +15,7 @@ from satform.control.protocol import FlightSetting
 from satform.control.sampled_stability import LoopKind, SampledLoop, closed_loop, spectral_radius
 from satform.flight.compile_satellite import flight_setting
 from satform.membership.formation import topology_changes
-from satform.navigation.estimator import estimation_transition
+from satform.navigation.relative_state_filter import estimation_transition
 from satform.numeric.elementwise import Array
 from satform.scenario import SatelliteSpec, Scenario
 

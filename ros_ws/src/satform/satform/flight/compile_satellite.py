@@ -12,7 +12,7 @@ from satform.attitude.satellite_pointing import SatellitePointingSpec
 from satform.control.protocol import FlightSetting, Motion
 from satform.flight.chief_motion import turning_axes
 from satform.flight.plans import FlightPlan, ParameterPlan
-from satform.navigation.estimator import Estimator
+from satform.navigation.relative_state_filter import Estimator
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, scalar
 from satform.orbits.curve_specs import InertialPointSpec

@@ -25,7 +25,7 @@ from satform.equipment.sensors.relative_motion import Sensor
 from satform.equipment.thruster import Thruster
 from satform.flight.sun_states import SunStates
 from satform.membership.faults import FaultSchedule
-from satform.navigation.estimator import Estimator
+from satform.navigation.relative_state_filter import Estimator
 from satform.navigation.satellite_navigation import SatelliteNavigation
 from satform.numeric.elementwise import Array
 from satform.orbits.curve import Curve

@@ -46,7 +46,7 @@ from satform.flight.satellite_step import (
     navigated,
     turned_by_filter,
 )
-from satform.navigation.estimator import EstimatorMemory
+from satform.navigation.relative_state_filter import EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array, scalar

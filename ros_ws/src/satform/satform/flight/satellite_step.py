@@ -15,7 +15,7 @@ from satform.consensus.motion_sharing import MotionMessage, MotionSharing, Neigh
 from satform.control.protocol import Action, ControlStep, Gap, Motion
 from satform.equipment.sensors.relative_motion import Measurement
 from satform.flight.plans import FlightPlan
-from satform.navigation.estimator import Estimator, EstimatorMemory
+from satform.navigation.relative_state_filter import Estimator, EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory, SatelliteNavigation
 from satform.numeric import stacking
 from satform.numeric.elementwise import Array

@@ -6,6 +6,9 @@ A step of the flight software is: predict from the step before with the accelera
 estimates of neighbours that have arrived; update with the readings that have arrived. Readings that arrive
 late are worked in at the step at which they were taken: the memory holds the filter at the last step of which
 every reading has arrived, and goes from there to now.
+
+The filter of satellites with `sensor` and `filter` instead of `sensors` and `navigation` is in
+`relative_state_filter`.
 """
 
 from dataclasses import dataclass, replace

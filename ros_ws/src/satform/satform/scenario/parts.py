@@ -14,8 +14,8 @@ from satform.control.protocol import ControllerSpec, FlightSetting
 from satform.equipment.sensors.relative_motion import NavigationSpec
 from satform.equipment.sensors.sensor_spec import SensorSpec
 from satform.equipment.thruster import ThrusterSpec
-from satform.navigation.estimator import FilterSpec
 from satform.navigation.navigation_spec import NavigationFilterSpec
+from satform.navigation.relative_state_filter import FilterSpec
 from satform.orbits.curve_specs import CurveSpec
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER
 from satform.orbits.orbit_specs import OrbitSpec

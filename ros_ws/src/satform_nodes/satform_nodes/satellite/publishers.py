@@ -23,7 +23,7 @@ from satform.communication.topic_table import (
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite_step import Decision
-from satform.navigation.estimator import EstimatorMemory
+from satform.navigation.relative_state_filter import EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationMemory
 from satform.numeric.elementwise import Array
 from satform.protocol.satellite_steps import StampedMessage

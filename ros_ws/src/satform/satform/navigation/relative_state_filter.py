@@ -1,10 +1,14 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Filter of relative navigation: innovation gate, delayed measurements, gaps in the flight.
+"""Filter of a satellite's measured relative position and velocity (field `filter` of a scenario).
+
+It has an innovation gate, and takes delayed measurements and gaps in the flight.
 
 The innovation gate rejects measurements, and the filter is reinitialised after several rejections in a row
 (`Estimator.observe`). A delayed measurement is fused at the step at which it was taken, and the estimate is
 propagated from there to the current step. Prediction and update of the Kalman filter are in `kalman_filter`.
+
+Delayed readings of satellites with `navigation` are in `satellite_navigation`.
 """
 
 import math
