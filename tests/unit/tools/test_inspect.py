@@ -8,16 +8,17 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, cast
 
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Log, ParameterType
 from rcl_interfaces.srv import SetParameters
-from satform_msgs.msg import FormationStatus, ParameterChange, RelativeState
+from satform_msgs.msg import Command, FormationStatus, ParameterChange, RelativeState, Tracking
 
 from satform_bringup.deployment import domain_lock as domains
 from satform_bringup.deployment import runtime_folder
@@ -29,7 +30,8 @@ from satform_tools.inspect import message_values, observer_node, target_domain
 from satform_tools.inspect import parameters as node_parameters
 from satform_tools.inspect import watch as watch_command
 from satform_tools.inspect.echo import intervals
-from satform_tools.inspect.monitor import sentences
+from satform_tools.inspect.monitor import FormationMonitor, sentences
+from satform_tools.inspect.observer_node import Observer
 from satform_tools.inspect.parameters import as_parameter
 from satform_tools.inspect.snapshot import Frame, LinkStatus, SatelliteStatus, as_text
 
@@ -310,3 +312,72 @@ def test_every_look_at_an_empty_domain_ends_with_2_and_a_sentence(
         "satform: no formation is flying on domain 231; no run is under way on this machine\n"
     )
     assert not captured.out
+
+
+class Queue:
+    """A subscription whose messages are put in by hand."""
+
+    def __init__(self, kind: Any, callback: Callable[[Any], None]) -> None:
+        self.msg_type, self.callback, self.handle = kind, callback, self
+        self.messages: list[Any] = []
+
+    def take_message(self, _kind: Any, _raw: bool) -> tuple[Any, None] | None:
+        return (self.messages.pop(0), None) if self.messages else None
+
+
+class Formation:
+    """The part of an observer that a monitor needs: one satellite, whose messages are put in by hand."""
+
+    domain, timeout = 231, 0.0
+
+    def __init__(self) -> None:
+        self.node = self
+        self.queues: dict[str, Queue] = {}
+
+    def create_subscription(self, kind: Any, topic: str, callback: Callable[[Any], None], _qos: Any) -> Queue:
+        self.queues[topic] = Queue(kind, callback)
+        return self.queues[topic]
+
+    def latest_status(self) -> FormationStatus:
+        return FormationStatus(phase=FormationStatus.FLYING, last_step=200, satellites=["one"], alive=[True])
+
+    def full_name(self, topic: str) -> str:
+        return topic
+
+    def require_formation(self) -> None:
+        pass
+
+    def wait(self, condition: Callable[[], bool], _seconds: float) -> bool:
+        return condition()
+
+    def count_publishers(self, _topic: str) -> int:
+        return 1
+
+    def plant_exists(self) -> bool:
+        return True
+
+    def put(self, topic: str, message: Any, time: float) -> None:
+        message.header.stamp.sec, message.header.stamp.nanosec = int(time), round(1e9 * (time % 1.0))
+        self.queues[topic].messages.append(message)
+
+
+def test_step_and_time_of_a_frame_are_those_of_one_message() -> None:
+    formation = Formation()
+    monitor = FormationMonitor(cast(Observer, formation))
+    # A control period of 0.5 s, in which a command has come and the tracking of the same step has not.
+    formation.put("/one/tracking", Tracking(step=15), 7.5)
+    formation.put("/one/command", Command(step=16), 8.0)
+    monitor.update()
+    assert (monitor.frame().step, monitor.frame().time) == (16, 8.0)
+    formation.put("/one/tracking", Tracking(step=17), 8.5)
+    monitor.update()
+    assert (monitor.frame().step, monitor.frame().time) == (17, 8.5)
+    # 40 steps of 0.5 s in a second of wall-clock time.
+    shown = as_text(replace(monitor.frame(), steps_per_second=40.0))
+    assert "step 17 of 200 (8 %), 8.5 s, 40 steps/s, 20 x real time" in shown
+    end = FormationStatus(
+        phase=FormationStatus.FINISHED, step=200, last_step=200, satellites=["one"], alive=[True]
+    )
+    formation.put("/formation/status", end, 100.0)
+    monitor.update()
+    assert (monitor.frame().step, monitor.frame().time) == (200, 100.0)

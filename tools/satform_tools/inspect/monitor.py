@@ -137,28 +137,28 @@ class FormationMonitor:
         self._update_status()
         for queue in self._rare:
             _take_all(queue)
-        self._steps.append((now, self.step()))
+        self._steps.append((now, self.instant()[0]))
         while now - self._steps[0][0] > _RATE_SPAN and len(self._steps) > 2:
             self._steps.popleft()
         return self.over
 
-    def step(self) -> int:
-        """Steps taken, by the newest commands and the status."""
-        commanded = (entry.command.message for entry in self._satellites.values())
-        steps = [int(message.step) + 1 for message in commanded if message is not None]
-        return max([int(self.status.step), *steps])
+    def instant(self) -> tuple[int, float]:
+        """The newest step of which a message was received, and its simulated time, s."""
+        messages = [self.status]
+        for entry in self._satellites.values():
+            messages += [one for one in (entry.tracking.message, entry.command.message) if one is not None]
+        newest = max(messages, key=lambda message: int(message.step))
+        return int(newest.step), _seconds(newest)
 
     def frame(self) -> Frame:
         """The state of the formation now."""
         now = time.monotonic()
         lengths = self._arc_lengths()
-        moment = max(
-            [_seconds(self.status), *(_seconds(one.tracking.message) for one in self._satellites.values())]
-        )
+        step, moment = self.instant()
         return Frame(
             title=self._title,
             phase=_PHASES.get(self.status.phase, "in an unknown phase"),
-            step=self.step(),
+            step=step,
             last_step=self.status.last_step,
             time=moment,
             steps_per_second=self._rate(),

@@ -72,9 +72,9 @@ class Frame:
     Attributes:
         title: scenario and domain.
         phase: waiting, flying, finished or aborted.
-        step: steps taken.
+        step: newest one of which a message was received.
         last_step: step with which the flight ends.
-        time: s, simulated.
+        time: simulated time of `step`, s.
         steps_per_second: of wall-clock time; NaN before the second update.
         satellites: in the scenario's order.
         spread: largest minus smallest arc length at one time, m; NaN where satellites publish none.
