@@ -22,8 +22,13 @@ _TYPED = (
 
 _PYTEST = ("-m", "pytest", "--durations", "20")
 
-_MEASURED = ("-m", "coverage", "run", "--rcfile", "pyproject.toml", *_PYTEST)
+_COVERAGE = ("-m", "coverage", "run", "--rcfile", "pyproject.toml")
 """Measures the tests and their child processes, among them every node."""
+
+_MEASURED = (*_COVERAGE, "--source", "satform,satform_nodes,satform_bringup", *_PYTEST)
+
+_MEASURED_NODES = (*_COVERAGE, "--source", "satform.protocol,satform_nodes,satform_bringup", *_PYTEST)
+"""Leaves out the rest of the library, in which nodes spend most of their time; other parts measure it."""
 
 _AT_ONCE = 2
 """Parts that run at the same time: each leaves the flights over DDS of the other a core."""
@@ -58,17 +63,19 @@ class Outcome:
         code: exit code.
         output: what it printed.
         seconds: how long it ran.
+        processor_seconds: time of all cores that it took, with the processes that it started and waited for.
     """
 
     code: int
     output: str
     seconds: float
+    processor_seconds: float = 0.0
 
 
 PARTS = (
     # Long or repeated flights, of code that is measured in the next part: coverage would double their time.
     Part("long flights of nodes", (*_PYTEST, "-m", "unmeasured", "tests/dds")),
-    Part("nodes", (*_MEASURED, "-m", "not unmeasured", "tests/dds")),
+    Part("nodes", (*_MEASURED_NODES, "-m", "not unmeasured", "tests/dds")),
     Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
@@ -104,15 +111,19 @@ def run(arguments: Sequence[str]) -> int:
     for data in ROOT.glob(".coverage*"):
         data.unlink()
     codes: dict[str, int] = {}
+    processor_seconds = 0.0
     for part, outcome in _side_by_side(PARTS):
-        console.note(f"== {part.name} ({outcome.seconds:.0f} s)")
+        times = f"{outcome.seconds:.0f} s, {outcome.processor_seconds:.0f} s of processor time"
+        console.note(f"== {part.name} ({times})")
+        processor_seconds += outcome.processor_seconds
         console.line(outcome.output)
         codes[part.name] = outcome.code
     console.note(f"== {COVERAGE.name}")
     codes[COVERAGE.name] = _call(COVERAGE.command)
     for name in [part.name for part in (*PARTS, COVERAGE)]:
         console.line(f"{name}: {'failed' if codes[name] else 'passed'}", "red" if codes[name] else "green")
-    console.line(f"{time.perf_counter() - begun:.0f} s")
+    elapsed = time.perf_counter() - begun
+    console.line(f"{elapsed:.0f} s, {processor_seconds:.0f} s of processor time")
     return int(any(codes.values()))
 
 
@@ -149,10 +160,11 @@ def _outcome(part: Part) -> Outcome:
             stdout=output,
             stderr=subprocess.STDOUT,
         )
-        code = process.wait()
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
         output.seek(0)
         text = output.read().decode("utf-8", "replace")
-    return Outcome(code, text, time.perf_counter() - begun)
+    return Outcome(process.returncode, text, time.perf_counter() - begun, used.ru_utime + used.ru_stime)
 
 
 def _call(arguments: Sequence[str]) -> int:

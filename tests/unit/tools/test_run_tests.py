@@ -99,6 +99,14 @@ def test_a_part_s_output_is_whole_and_its_exit_code_is_kept() -> None:
     assert (outcome.code, outcome.output) == (7, "one\ntwo\nthree\n")
 
 
+def test_the_processor_time_of_a_part_includes_that_of_the_processes_that_it_waited_for() -> None:
+    spend = "import time; [None for _ in iter(lambda: time.process_time() < 0.05, False)]; "
+    code = f"{spend}import subprocess, sys; subprocess.run([sys.executable, '-c', {spend!r}], check=True)"
+    ((_, outcome),) = run_tests._side_by_side([run_tests.Part("part", ("-c", code))])
+    assert (outcome.code, outcome.output) == (0, "")
+    assert outcome.processor_seconds >= 2 * 0.05
+
+
 def test_parts_store_bytecode_also_where_that_is_turned_off(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
     code = "import sys; print(sys.dont_write_bytecode)"
