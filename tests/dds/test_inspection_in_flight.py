@@ -171,7 +171,7 @@ def test_watching_ends_by_itself_with_the_flight(
 def test_one_who_watches_when_a_flight_is_stopped_is_told_why_it_ended(
     start_run: Callable[..., subprocess.Popen[str]],
 ) -> None:
-    run = start_run("triangle", *LONG)
+    run = start_run("triangle", *LONG, *CLOCKED)
     command = [sys.executable, "-m", "satform_tools", "watch", "--json", *PATIENCE]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as watching:
         assert watching.stdout is not None
