@@ -599,7 +599,8 @@ class Explorer:
     def _disturbed(
         self, state: State, network: Network, held: tuple[Any, ...], rest: Rest, action: Action
     ) -> State:
-        rest = replace(rest, budget=rest.budget - 1)
+        # A disturbed retransmission may be repeated.
+        rest = replace(rest, budget=rest.budget - 1, waiting=())
         slots = list(state[: 1 + self.count])
         match action[0]:
             case "delay" | "duplicate":
@@ -667,7 +668,11 @@ class Explorer:
 
     def ended_plants(self) -> list[PlantProcess]:
         """The plants of all visited states in which the flight is over."""
-        return [self._objects[state[0]] for state in self.parents if self.over(state)]
+        return self.ended_in(self.parents)
+
+    def ended_in(self, states: Iterable[State]) -> list[PlantProcess]:
+        """The plants of those states in which the flight is over."""
+        return [self._objects[state[0]] for state in states if self.over(state)]
 
     def _goes_on_by(self, state: State, action: Action) -> bool:
         """Whether an action happens next if nothing disturbs the flight."""

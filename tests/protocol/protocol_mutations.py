@@ -274,7 +274,7 @@ def _no_replacement() -> list[Patch]:
 
 @mutation("a satellite flies on though it is lost")
 def _flies_on() -> list[Patch]:
-    return [(SatelliteSteps, "_on_own_loss", lambda _self: None)]
+    return [(SatelliteSteps, "_on_own_loss", lambda _self, **_given: None)]
 
 
 @mutation("a satellite comes back within a step")

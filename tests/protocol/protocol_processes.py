@@ -9,7 +9,8 @@ collected as events, to be carried by the explorer.
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from rclpy.serialization import deserialize_message, serialize_message
+from protocol_snapshots import serialized
+from rclpy.serialization import deserialize_message
 from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from satform.communication import topic_table
@@ -56,7 +57,7 @@ class Publisher:
 
     def publish(self, message: Any) -> None:
         """Note a message."""
-        data = message if isinstance(message, bytes) else serialize_message(message)
+        data = message if isinstance(message, bytes) else serialized(message)
         self._events.append(("publish", self.topic, data))
 
 
@@ -245,7 +246,7 @@ class SatelliteProcess:
         steps = self.steps
         match kind:
             case "begin":
-                self.publish_ready()
+                steps.offer()
             case "state":
                 steps.take_state(self._state_validator, details[0])
             case "status":

@@ -98,3 +98,29 @@ def test_a_satellite_that_is_lost_again_before_its_first_state_offers_itself_aga
     explorer = Explorer(flight(2, 4), budget=2)
     state = explorer.follow(LOST_BEFORE_ITS_FIRST_STATE)
     assert "deliver ready sat1" in {explorer.described(action) for action in explorer.actions(state)}
+
+
+READY_BEFORE_THE_LOSS = (
+    "deliver status sat1",
+    "deliver status sat2",
+    "deliver state sat1",
+    "deliver state sat2",
+    "deliver announcement sat2 to sat1",
+    "deliver announcement sat1 to sat2",
+    "deliver command sat1",
+    "kill sat1 (left: 1 of announcement sat1 to sat2)",
+    "restart sat1",
+    "deliver ready sat1",
+    "deliver lost",
+)
+"""A satellite is started again so soon that the plant rejects its readiness as that of a second process."""
+
+
+def test_a_satellite_that_was_ready_before_its_loss_took_effect_rejoins() -> None:
+    explorer = Explorer(flight(2, 4), budget=1)
+    state = explorer.follow(READY_BEFORE_THE_LOSS)
+    while not explorer.over(state):
+        state = explorer.after(state, explorer.actions(state)[0])
+    (plant,) = explorer.ended_in([state])
+    assert plant.membership.formation.alive.tolist() == [True, True]
+    assert plant.membership.formation.rejoined_at == {0: 2}

@@ -114,10 +114,11 @@ class Procedure:
         sentence = f"NodeReady has interface {ready.interface}; this satform has {INTERFACE_VERSION}"
         require("V1", ready.interface == INTERFACE_VERSION, sentence)
 
-    def _require_one_ready(self, since: str) -> None:
+    def _require_ready_at_most(self, most: int, when: str) -> None:
         # In a flight each NodeReady after the first is taken for a request to rejoin.
         count = len(self._formation.ready)
-        self._findings.require("R1", count <= 1, f"NodeReady was published {count} times {since}")
+        times = f"{count} times" if count > 1 else "again"
+        self._findings.require("R1", count <= most, f"NodeReady was published {times} {when}")
 
     def _first_step(self) -> None:
         formation = self._formation
@@ -274,7 +275,7 @@ class Procedure:
     def _own_loss(self) -> None:
         formation, require = self._formation, self._findings.require
         step, own = formation.plant.step, formation.index
-        self._require_one_ready("before its loss")
+        self._require_ready_at_most(1, "before its loss")
         formation.ready.clear()
         formation.change([SatelliteLost(own, f"{formation.name} is lost")], formation.commands[-1:])
         formation.announce_change()
@@ -313,6 +314,8 @@ class Procedure:
                 require("L3", False, f"a {what} for step {message.step} before the step of its return")
         while formation.plant.step < STEPS - 3:
             formation.advance()
+        # While it is lost it may publish NodeReady again, once it reads that it is.
+        formation.ready.clear()
         formation.change([SatelliteRejoined(own, None)])
         # On another topic the status may arrive after the state.
         formation.states()
@@ -331,7 +334,7 @@ class Procedure:
         formation.neighbour_messages(STEPS, self._senders)
         formation.states()
         self._responses.require_quiet("X1", "for the state after the last step")
-        self._require_one_ready("after its loss")
+        self._require_ready_at_most(0, "after its return")
         formation.status(FormationStatus.FINISHED)
         if self._program.is_ours:
             code = self._program.exit_code(_END)

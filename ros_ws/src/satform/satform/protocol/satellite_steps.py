@@ -170,6 +170,7 @@ class SatelliteSteps:
         self.messages = StepMessages(
             self.neighbour_messages, self._stamps, needed=needed_of_plant(plan, index), clocked=clocked
         )
+        self._offered = False
         self._batch: StepBatch | None = None
         self._row = 0
         self._target: Target | None = None
@@ -177,10 +178,15 @@ class SatelliteSteps:
 
     # Membership
 
+    def offer(self) -> None:
+        """Publish that this satellite is ready, since all its endpoints are matched."""
+        self._offered = True
+        self._output.publish_ready()
+
     def take_status(self, status: FormationStatus) -> bool:
         """Take in a status of the plant; False if it is not about this formation."""
         self.pulse += 1
-        before = self.view.formation.number
+        before, was_alive = self.view.formation.number, self.view.formation.alive[self._index]
         if not self.view.take(status):
             return False
         formation = self.view.formation
@@ -189,7 +195,7 @@ class SatelliteSteps:
         self.dissolve_batch()
         self._output.allow_replacement(np.flatnonzero(~formation.alive).tolist())
         if not formation.alive[self._index]:
-            self._on_own_loss()
+            self._on_own_loss(was_alive=bool(was_alive))
         self._add_new_neighbours()
         self.act_if_complete()
         return True
@@ -221,17 +227,20 @@ class SatelliteSteps:
             self._publish_joint_estimate(step)
         return True
 
-    def _on_own_loss(self) -> None:
+    def _on_own_loss(self, *, was_alive: bool) -> None:
         """React to the loss of this satellite: end the process, or reset it if it shares one."""
         step, was_flying = self.view.formation.step, self.flying
+        planned = is_lost_at(self._planned, self._index, step)
+        returns = rejoins_after(self._planned, self._index, step)
         if was_flying:
-            self._output.lost(step, planned=is_lost_at(self._planned, self._index, step))
+            self._output.lost(step, planned=planned)
         self.flying = False
         self.neighbour_messages.by_step.clear()
         self._output.forget_messages()
         self.messages.forget_plant()
-        if not was_flying and self._index in self.view.returns:
-            # It may have been taken back and lost again before its first state came.
+        if self._offered and was_alive and not was_flying and (returns or not planned):
+            # The plant accepts a new process only when the loss of the one before takes effect. What it has
+            # read earlier it has rejected; after a return that was lost at once, it has used it.
             self._output.publish_ready()
         if was_flying:
             # Satellites of a group share its process, which flies on.
@@ -240,7 +249,7 @@ class SatelliteSteps:
             self.neighbour_messages.reset()
             self._output.reset_parameters()
             self._checkpoints.load()
-            if rejoins_after(self._planned, self._index, step):
+            if returns:
                 self._output.publish_ready()
 
     def _use_target(self) -> None:

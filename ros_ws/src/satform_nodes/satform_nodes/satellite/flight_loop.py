@@ -46,7 +46,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
         raise NodeError(sentence, EXIT_LOST)
     for satellite in satellites:
-        satellite.publish_ready()
+        satellite.steps.offer()
         satellite.report.send("ready", node=satellite.name)
 
     def begun() -> bool:
