@@ -107,7 +107,7 @@ def _unflown_checkpoint() -> list[Patch]:
     accept = MembershipManager._accept_rejoin
 
     def any_checkpoint(self: MembershipManager, satellite: int, checkpoint: int) -> None:
-        self._lost_from[satellite] = checkpoint
+        self._flown[satellite].append((-1, checkpoint))
         accept(self, satellite, checkpoint)
 
     return [(MembershipManager, "_accept_rejoin", any_checkpoint)]

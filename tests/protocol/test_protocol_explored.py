@@ -124,3 +124,45 @@ def test_a_satellite_that_was_ready_before_its_loss_took_effect_rejoins() -> Non
     (plant,) = explorer.ended_in([state])
     assert plant.membership.formation.alive.tolist() == [True, True]
     assert plant.membership.formation.rejoined_at == {0: 2}
+
+
+LOST_TWICE_WITH_AN_UNFLOWN_CHECKPOINT = (
+    "deliver status sat1",
+    "deliver status sat2",
+    "deliver state sat1",
+    "deliver state sat2",
+    "deliver announcement sat1 to sat2",
+    "deliver announcement sat2 to sat1",
+    "deliver announcement sat1 to sat2",
+    "deliver command sat1",
+    "deliver command sat2",
+    "deliver state sat1",
+    "deliver state sat2",
+    "silent sat2",
+    "deliver status sat2",
+    "restart sat2",
+    "deliver status sat2",
+    "deliver status sat2",
+    "deliver ready sat2",
+    "kill sat2 (left: 1 of ready sat2, 0 of announcement sat2 to sat1, 0 of command sat2)",
+    "deliver status sat1",
+    "deliver command sat1",
+    "deliver status sat1",
+    "deliver lost",
+    "deliver status sat1",
+    "deliver ready sat2",
+    "deliver state sat1",
+    "deliver command sat1",
+    "deliver status sat1",
+    "deliver state sat1",
+)
+"""A history that the explorer has found: a satellite stored a checkpoint after a command that did not arrive,
+came back from its flight plan, was lost before it flew, and its offer was read once more. Its checkpoint
+counted then."""
+
+
+def test_a_checkpoint_of_before_the_return_that_was_not_flown_does_not_count_after_a_second_loss() -> None:
+    explorer = Explorer(flight(2, 4), budget=2)
+    state = explorer.follow(LOST_TWICE_WITH_AN_UNFLOWN_CHECKPOINT)
+    while not explorer.over(state):
+        state = explorer.after(state, explorer.actions(state)[0])

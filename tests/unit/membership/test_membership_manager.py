@@ -217,6 +217,28 @@ def test_a_planned_loss_takes_effect_as_its_step_begins_and_a_planned_return_is_
     assert membership.missing == ["sat1", "sat2", "sat3"]
 
 
+@pytest.mark.parametrize(
+    ("offered", "taken"), [(6, 6), (7, None), (9, None), (10, None), (11, 11), (12, 12), (13, None)]
+)
+def test_a_checkpoint_counts_only_if_it_was_flown_before_or_between_losses(
+    offered: int, taken: int | None
+) -> None:
+    membership = at_step(6)
+    membership.lose(1, "no answer")
+    for step in range(7, 11):
+        membership.begin(step)
+        if step == 10:
+            membership.request_rejoin(1, -1)
+        membership.close()
+    for step in range(11, 13):
+        membership.begin(step)
+        membership.close()
+    membership.lose(1, "no answer")
+    membership.begin(13)
+    membership.request_rejoin(1, offered)
+    assert membership.close() == Change((), (SatelliteRejoined(1, taken),))
+
+
 @pytest.mark.parametrize(("offered", "taken"), [(10, 10), (8, 8), (-1, None)])
 def test_a_planned_return_is_from_the_checkpoint_that_there_is(offered: int, taken: int | None) -> None:
     membership = MembershipManager(

@@ -95,8 +95,9 @@ class MembershipManager:
         # their loss has taken effect.
         self._returning: dict[int, int] = {}
         self._early: dict[int, int] = {}
-        # By the index of a satellite, the step of its latest loss: the first one without its command.
-        self._lost_from: dict[int, int] = {}
+        # By the index of a satellite, from where to where it has flown: the step at which it came back, or -1
+        # for the start, and that of the loss after it, the first one without its command.
+        self._flown: dict[int, list[tuple[int, int]]] = {}
 
     # Before the flight
 
@@ -304,7 +305,7 @@ class MembershipManager:
 
     def _accept_rejoin(self, satellite: int, checkpoint: int) -> None:
         self._cancel_rejoin(satellite)
-        if checkpoint > self._lost_from[satellite]:
+        if not any(since < checkpoint <= until for since, until in self._flown[satellite]):
             # It was stored after a command that the plant has not received: no step of the flight.
             checkpoint = -1
         self._returning[satellite] = checkpoint
@@ -321,7 +322,8 @@ class MembershipManager:
         rejoined = tuple(event for event in changes if isinstance(event, SatelliteRejoined))
         for satellite in lost:
             self.commanded.discard(satellite)
-            self._lost_from[satellite] = self.step
+            since = self.formation.rejoined_at.get(satellite, -1)
+            self._flown.setdefault(satellite, []).append((since, self.step))
             if satellite in self._early:
                 self._accept_rejoin(satellite, self._early.pop(satellite))
         for event in rejoined:
