@@ -48,7 +48,7 @@ FOUND = {
     ),
     "a checkpoint counts though the command before it has not arrived": (
         3,
-        26,
+        24,
         "cannot be repeated",
     ),
     "a satellite rejoins at whatever state comes first": (3, 18, "has other bits"),
