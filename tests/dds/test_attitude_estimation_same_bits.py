@@ -15,7 +15,21 @@ from satform_bringup.supervisor.run import fly
 pytestmark = pytest.mark.unmeasured
 
 LOST = "faults=[{kind: satellite_lost, satellite: sat2, at: 9.0, rejoin_at: 20.0}]"
-FLIGHTS = {"undisturbed": [], "lost and rejoined": [LOST, "checkpoint_period=4.0"]}
+FILTER = (
+    "{kind: multiplicative_extended, initial_attitude_error: 0.5 deg, angular_acceleration_density: 1.0e-11}"
+)
+GYRO = "{kind: gyro, angle_random_walk: 1.0e-5, rate_random_walk: 1.0e-8, turn_on_bias: 0.003 deg/s"
+LATE = f"{GYRO}, latency: 2.0, outages: [{{begin: 12.0, end: 18.0}}]}}"
+FLIGHTS = {
+    "undisturbed": [],
+    "lost and rejoined": [LOST, "checkpoint_period=4.0"],
+    "gyro late and out, lost and rejoined": [
+        LOST,
+        "checkpoint_period=4.0",
+        f"satellites.sat2.sensors.0={LATE}",
+        f"satellites.sat2.attitude.filter={FILTER}",
+    ],
+}
 
 
 @pytest.mark.parametrize("name", FLIGHTS)

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from satform.equipment.sensors.gyro import GyroSpec
@@ -151,7 +150,17 @@ def test_the_bias_at_the_start_is_drawn_from_what_was_asked_for() -> None:
     assert channel.largest_bias == pytest.approx(math.radians(math.hypot(0.1, 0.01)))
 
 
-@pytest.mark.parametrize("fields", [{"latency": 2.0}, {"outages": [{"begin": 0.0, "end": 4.0}]}])
-def test_a_gyro_is_never_late_nor_out(fields: dict[str, object]) -> None:
-    with pytest.raises(ValidationError, match="neither latency nor outages"):
-        GyroSpec.model_validate(fields)
+def test_after_an_outage_a_gyro_measures_the_rotation_of_one_period_with_the_bias_that_walked_on() -> None:
+    noise = {"angle_random_walk": 0.0, "rate_random_walk": 1e-3}
+    whole, out = gyro(**noise), gyro(**noise, latency=2.0, outages=[{"begin": 2.0, "end": 6.0}])
+    assert out.timing.latency == 1
+    random = np.random.default_rng(2)
+    for step, angle in enumerate((0.0, 0.1, 0.5, 0.55)):
+        there = scene(TRUE * Rotation.from_rotvec([angle, 0.0, 0.0]))
+        normals = random.standard_normal(9)
+        usual, reading = whole.reading(there, step, normals), out.reading(there, step, normals)
+        if step in (1, 2):
+            assert np.isnan(reading).all()
+        else:
+            assert np.array_equal(reading, usual)
+    assert usual[0] == pytest.approx(0.05 / STEP, abs=0.01)

@@ -119,7 +119,7 @@ def test_in_a_flight_they_are_those_of_brahe() -> None:
 def test_what_arrives_is_published_with_time_and_frame_and_nothing_else_is() -> None:
     topics = (
         SensorTopic("laser_ranging_sat2", "range", 0, 2),
-        SensorTopic("gyro", "imu", 2, 3),
+        SensorTopic("gyro", "imu", 2, 3, latency=2),
         SensorTopic("star_tracker", "orientation", 5, 3),
     )
     plan = TopicPlan(
@@ -135,6 +135,7 @@ def test_what_arrives_is_published_with_time_and_frame_and_nothing_else_is() -> 
     assert distance.header.frame_id == "sat1"
     assert distance.range == pytest.approx(120.0)
     assert (rate.angular_velocity.x, rate.angular_velocity.z) == (1e-3, 3e-3)
+    assert (rate.header.stamp.sec, rate.header.stamp.nanosec) == (0, 500_000_000)
     assert rate.orientation_covariance[0] == -1.0
     found = turned.quaternion
     expected = rotation.as_quat(canonical=True)

@@ -6,6 +6,9 @@ The gyro stands for a model of the rotation: its readings move the attitude on, 
 The state is a small rotation from the estimated to the true body axes and the error of the gyro's estimated
 bias. After each correction the rotation is put into the attitude and is zero again. A reading that arrives
 late is worked in at the step at which it was taken, and all that came since is worked in again after it.
+While no reading of the gyro is there, in an outage or because it is on its way, a filter with an
+`acceleration_density` holds the estimated angular velocity but for the acceleration of the rigid body; the
+error of this rate is then part of the state.
 
 Equations: docs/attitude_estimation.md.
 """
@@ -14,6 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from satform.attitude.held_rate import held_process, held_transition
 from satform.dynamics.linear import multiply
 from satform.numeric.elementwise import Array, dot
 from satform.numeric.matrix_algebra import product, symmetric, transposed
@@ -31,6 +35,9 @@ _UNIT = np.eye(3)
 UNKNOWN_ATTITUDE = 1.0
 """Variance of each axis of an attitude of which nothing is known any more, rad^2."""
 
+UNKNOWN_RATE = 0.01
+"""Variance of each axis of an angular velocity of which nothing is known, rad^2/s^2."""
+
 _SERIES = 0.05
 """Angle below which the third coefficient of a rotation is taken from its series, rad."""
 
@@ -42,8 +49,10 @@ class AttitudeEstimate:
     Attributes:
         mrp: inertial to estimated body axes, of length at most one, shape (..., 3).
         bias: of the gyro, rad/s, body axes, shape (..., 3).
+        rate: angular velocity that is held while the gyro gives none, rad/s, body axes, shape (..., 3); that
+            of the start in a filter that holds none.
         covariance: of (rotation from estimated to true body axes, error of the bias), rad and rad/s, shape
-            (..., 6, 6).
+            (..., 6, 6); with the error of the held rate after them in a filter that holds one, (..., 9, 9).
         innovation: normalised innovation squared of the newest reading of a star tracker, shape (...); 0 at
             first.
         rejected: readings so far that the gate rejected, shape (...).
@@ -52,10 +61,16 @@ class AttitudeEstimate:
 
     mrp: Array
     bias: Array
+    rate: Array
     covariance: Array
     innovation: Array
     rejected: Array
     in_a_row: Array
+
+    @property
+    def holds_rate(self) -> bool:
+        """Whether the angular velocity is a part of the state."""
+        return bool(self.covariance.shape[-1] == 9)
 
 
 @dataclass(frozen=True)
@@ -65,26 +80,31 @@ class AttitudeMemory:
     Attributes:
         anchor: estimate at the oldest step of which readings may still arrive, without any of that step.
         oldest: the same with what has arrived of that step.
-        rates: measured by the gyro over each of the steps since, rad/s, oldest first, shape (..., 3) each.
+        rates: measured by the gyro over each of the steps since, rad/s, oldest first, shape (..., 3) each; in
+            a filter that holds a rate not a number where no reading has arrived.
+        accelerations: angular, that of the rigid body over each of the steps since, rad/s^2, shape (..., 3)
+            each; none in a filter that holds no rate.
         readings: of the T star trackers, taken at the oldest step and at each one since; not a number where
             none has arrived, shape (..., T, 3) each.
         now: estimate at the present step.
         rate: newest reading of the gyro, rad/s, shape (..., 3).
-        rate_age: time from the middle of the gyro's integration to now, s.
+        rate_age: time from the moment of the angular velocity to now, s, shape (...): from the middle of the
+            gyro's integration; zero in a filter that holds a rate.
     """
 
     anchor: AttitudeEstimate
     oldest: AttitudeEstimate
     rates: tuple[Array, ...]
+    accelerations: tuple[Array, ...]
     readings: tuple[Array, ...]
     now: AttitudeEstimate
     rate: Array
-    rate_age: float
+    rate_age: Array
 
     @property
     def angular_velocity(self) -> Array:
-        """Estimated mean over the gyro's last integration, rad/s, shape (..., 3)."""
-        return self.rate - self.now.bias
+        """Estimated mean over the gyro's last integration, or that of now, rad/s, shape (..., 3)."""
+        return self.now.rate if self.now.holds_rate else self.rate - self.now.bias
 
 
 @dataclass(frozen=True)
@@ -95,6 +115,7 @@ class AttitudeFilter:
         step: control period, s.
         gyro_column: of its first number among the satellite's readings.
         gyro_period: steps between two readings of the gyro.
+        gyro_latency: steps from a reading of the gyro to its arrival.
         tracker_columns: likewise of each star tracker.
         tracker_latencies: steps from a reading to its arrival, of each star tracker.
         axes: of each star tracker, two across its boresight and the boresight, unit vectors in body axes,
@@ -102,6 +123,9 @@ class AttitudeFilter:
         variance: of a reading about each of these axes, rad^2, shape (..., T, 3).
         angle_density: power spectral density of the gyro's white noise, rad^2/s, shape (...).
         bias_density: that of the rate of its bias, rad^2/s^3, shape (...).
+        acceleration_density: that of the angular acceleration beyond the rigid body's, for steps without a
+            reading of the gyro, rad^2/s^3, shape (...); None for a filter that takes the newest reading until
+            the next one has arrived.
         start: estimate before the first reading.
         gate: largest normalised innovation squared of a reading that is worked in, shape (...); infinite for
             no gate.
@@ -115,20 +139,27 @@ class AttitudeFilter:
     step: float
     gyro_column: int
     gyro_period: int
+    gyro_latency: int
     tracker_columns: tuple[int, ...]
     tracker_latencies: tuple[int, ...]
     axes: Array
     variance: Array
     angle_density: Array
     bias_density: Array
+    acceleration_density: Array | None
     start: AttitudeEstimate
     gate: Array
     max_consecutive_rejections: Array
 
     @property
+    def holds_rate(self) -> bool:
+        """Whether the angular velocity is a part of the state."""
+        return self.acceleration_density is not None
+
+    @property
     def depth(self) -> int:
         """Steps for which what was taken in may still change."""
-        return max(self.gyro_period - 1, *self.tracker_latencies)
+        return max(self.gyro_latency + self.gyro_period - 1, *self.tracker_latencies)
 
     def first(self, values: Array, *, begins_again: bool = False) -> AttitudeMemory:
         """The memory at the first step.
@@ -143,37 +174,46 @@ class AttitudeFilter:
             covariance = start.covariance.copy()
             covariance[..., :3, :3] = UNKNOWN_ATTITUDE * _UNIT
             start = replace(start, covariance=covariance)
-        return self._from(start, values, np.where(np.isnan(rate), start.bias, rate))
-
-    def _from(self, start: AttitudeEstimate, values: Array, rate: Array) -> AttitudeMemory:
+        rate = np.where(np.isnan(rate), start.bias, rate)
+        if self.holds_rate:
+            start = replace(start, rate=rate - start.bias)
         readings = self._placed((), values)
         now = self._worked_in(start, readings[0])
-        return AttitudeMemory(start, now, (), readings, now, rate, 0.0)
+        return AttitudeMemory(start, now, (), (), readings, now, rate, np.zeros(rate.shape[:-1]))
 
     def blank(self) -> AttitudeMemory:
         """A memory that has the form of every other one, with one rate and one set of readings."""
         columns = max(self.gyro_column, *self.tracker_columns) + 3
         shape = self.start.bias.shape
         memory = self.first(np.zeros((*shape[:-1], columns)))
-        return replace(memory, rates=(np.zeros(shape),))
+        none = (np.zeros(shape),)
+        return replace(memory, rates=none, accelerations=none if self.holds_rate else ())
 
-    def observe(self, memory: AttitudeMemory, values: Array) -> AttitudeMemory:
+    def observe(
+        self, memory: AttitudeMemory, values: Array, acceleration: Array | float = 0.0
+    ) -> AttitudeMemory:
         """The memory one step later.
 
         Args:
             memory: of the step before.
             values: all readings of the satellite that arrive at the step, not a number where there is none,
                 shape (..., W).
+            acceleration: angular, of the rigid body over the step between, rad/s^2, shape (..., 3); only a
+                filter that holds a rate uses it.
         """
+        accelerations = memory.accelerations
+        if self.holds_rate:
+            accelerations = (*accelerations, acceleration + np.zeros_like(memory.rate))
         rates, rate, age = self._rates(memory, values)
         readings, anchor = self._placed(memory.readings, values), memory.anchor
         if len(rates) > self.depth:
-            anchor = self.predicted(memory.oldest, rates[0])
-            rates, readings = rates[1:], readings[1:]
+            anchor = self.predicted(memory.oldest, rates[0], *accelerations[:1])
+            rates, accelerations, readings = rates[1:], accelerations[1:], readings[1:]
         now = oldest = self._worked_in(anchor, readings[0])
-        for turned, taken in zip(rates, readings[1:], strict=True):
-            now = self._worked_in(self.predicted(now, turned), taken)
-        return AttitudeMemory(anchor, oldest, rates, readings, now, rate, age)
+        for number, turned in enumerate(rates):
+            predicted = self.predicted(now, turned, *accelerations[number : number + 1])
+            now = self._worked_in(predicted, readings[number + 1])
+        return AttitudeMemory(anchor, oldest, rates, accelerations, readings, now, rate, age)
 
     def resume(self, memory: AttitudeMemory, missed: int) -> AttitudeMemory:
         """The memory after steps without the flight software, up to the step before the next one.
@@ -189,27 +229,35 @@ class AttitudeFilter:
         turned = mrp_of_rotation(time * memory.angular_velocity)
         covariance = np.zeros_like(now.covariance)
         covariance[..., :3, :3] = UNKNOWN_ATTITUDE * _UNIT
-        covariance[..., 3:, 3:] = (
-            now.covariance[..., 3:, 3:] + (time * self.bias_density)[..., None, None] * _UNIT
+        covariance[..., 3:6, 3:6] = (
+            now.covariance[..., 3:6, 3:6] + (time * self.bias_density)[..., None, None] * _UNIT
         )
+        if now.holds_rate:
+            covariance[..., 6:, 6:] = UNKNOWN_RATE * _UNIT
         lost = replace(now, mrp=composed_mrp(turned, now.mrp), covariance=covariance)
         none = (np.full_like(memory.readings[0], np.nan),)
-        return AttitudeMemory(lost, lost, (), none, lost, memory.rate, memory.rate_age + time)
+        age = memory.rate_age if self.holds_rate else memory.rate_age + time
+        return AttitudeMemory(lost, lost, (), (), none, lost, memory.rate, age)
 
     def _gyro(self, values: Array) -> Array:
         return values[..., self.gyro_column : self.gyro_column + 3]
 
-    def _rates(self, memory: AttitudeMemory, values: Array) -> tuple[tuple[Array, ...], Array, float]:
+    def _rates(self, memory: AttitudeMemory, values: Array) -> tuple[tuple[Array, ...], Array, Array]:
         """Rates over all steps since the oldest one, the newest reading of the gyro and its age.
 
-        A reading is the mean over the gyro's period, so it replaces what was held in its steps.
+        A reading is the mean over the gyro's period, so it replaces what was held in its steps, which end its
+        latency ago.
         """
-        gyro = self._gyro(values)
-        if np.any(np.isnan(gyro)):
-            return (*memory.rates, memory.rate), memory.rate, memory.rate_age + self.step
-        earlier = memory.rates[: max(0, len(memory.rates) + 1 - self.gyro_period)]
-        within = len(memory.rates) + 1 - len(earlier)
-        return (*earlier, *(gyro for _ in range(within))), gyro, 0.5 * self.gyro_period * self.step
+        gyro, period, latency = self._gyro(values), self.gyro_period, self.gyro_latency
+        rate, age, arrived = memory.rate, memory.rate_age + self.step, ~np.isnan(gyro[..., 0])
+        rates = [*memory.rates, np.full_like(rate, np.nan) if self.holds_rate else rate]
+        if np.any(arrived):
+            rate = np.where(arrived[..., None], gyro, rate)
+            age = np.where(arrived, 0.5 * period * self.step, age)
+            end = len(rates) - latency
+            for number in range(max(0, end - period), end):
+                rates[number] = np.where(arrived[..., None], gyro, rates[number])
+        return tuple(rates), rate, np.zeros_like(age) if self.holds_rate else age
 
     def _placed(self, earlier: tuple[Array, ...], values: Array) -> tuple[Array, ...]:
         """Readings of the star trackers by the steps at which they were taken."""
@@ -225,20 +273,43 @@ class AttitudeFilter:
                 places[-1 - latency] = taken
         return tuple(places)
 
-    def predicted(self, estimate: AttitudeEstimate, rate: Array) -> AttitudeEstimate:
+    def predicted(
+        self, estimate: AttitudeEstimate, rate: Array, acceleration: Array | float = 0.0
+    ) -> AttitudeEstimate:
         """The estimate one step later.
 
         Args:
             estimate: at the start of the step.
-            rate: measured by the gyro, mean over the step, rad/s, shape (..., 3).
+            rate: measured by the gyro, mean over the step, rad/s, shape (..., 3); in a filter that holds a
+                rate not a number where there is no reading.
+            acceleration: as in `observe`.
         """
-        rotation = self.step * (rate - estimate.bias)
+        turning, process = rate - estimate.bias, self.process()
+        if self.acceleration_density is not None:
+            measured = ~np.isnan(rate[..., 0])
+            given, step = measured[..., None], self.step
+            held = estimate.rate + 0.5 * step * acceleration
+            later = np.where(
+                given,
+                turning + 0.5 * self.gyro_period * step * acceleration,
+                estimate.rate + step * acceleration,
+            )
+            turning, estimate = np.where(given, turning, held), replace(estimate, rate=later)
+        rotation = self.step * turning
         transition = error_transition(rotation, self.step)
+        if self.acceleration_density is not None:
+            transition = held_transition(transition, measured)
+            process = held_process(
+                process,
+                measured,
+                (self.step, self.gyro_period * self.step),
+                (self.angle_density, self.bias_density, self.acceleration_density),
+            )
         covariance = product(product(transition, estimate.covariance), transposed(transition))
         return replace(
             estimate,
             mrp=composed_mrp(mrp_of_rotation(rotation), estimate.mrp),
-            covariance=symmetric(covariance + self.process()),
+            covariance=symmetric(covariance + process),
         )
 
     def process(self) -> Array:
@@ -296,7 +367,7 @@ class AttitudeFilter:
             The estimate, and the reading's normalised innovation squared, shape (...).
         """
         seen = small_rotation(reading, estimate.mrp)
-        correction = np.zeros((*seen.shape[:-1], 6))
+        correction = np.zeros(estimate.covariance.shape[:-1])
         covariance, squared = estimate.covariance, np.zeros(seen.shape[:-1])
         for index in range(3):
             axis = np.broadcast_to(self.axes[..., number, index, :], seen.shape)
@@ -307,7 +378,7 @@ class AttitudeFilter:
             squared = squared + innovation * innovation / innovation_variance
             gain = column / innovation_variance[..., None]
             correction = correction + gain * innovation[..., None]
-            # (I - k h) P (I - k h)' + k r k', with h the axis and no bias.
+            # (I - k h) P (I - k h)' + k r k', with h the axis, and zero for bias and held rate.
             left = covariance - gain[..., :, None] * column[..., None, :]
             both = left - multiply(left[..., :, :3], axis)[..., :, None] * gain[..., None, :]
             noise = np.asarray(variance)[..., None, None]
@@ -315,13 +386,14 @@ class AttitudeFilter:
         turned = replace(
             estimate,
             mrp=composed_mrp(0.25 * correction[..., :3], estimate.mrp),
-            bias=estimate.bias + correction[..., 3:],
+            bias=estimate.bias + correction[..., 3:6],
+            rate=estimate.rate + correction[..., 6:] if estimate.holds_rate else estimate.rate,
             covariance=symmetric(covariance),
         )
         return turned, squared
 
     def _restarted(self, estimate: AttitudeEstimate, reading: Array, number: int) -> AttitudeEstimate:
-        """The attitude from a reading alone; the bias as uncertain as before the first reading."""
+        """The attitude from a reading alone; the others as uncertain as before the first reading."""
         axes, start = self.axes[..., number, :, :], self.start.covariance
         variance = self.variance[..., number, :, None]
         covariance = np.zeros_like(estimate.covariance)

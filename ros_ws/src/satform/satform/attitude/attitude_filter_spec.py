@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from satform.attitude.attitude_filter import AttitudeEstimate, AttitudeFilter
+from satform.attitude.attitude_filter import UNKNOWN_RATE, AttitudeEstimate, AttitudeFilter
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import LEAST_DEVIATION, Deviation, NonNegative, Positive, Spec
 from satform.equipment.sensors.gyro import GyroChannel
@@ -27,6 +27,11 @@ class AttitudeFilterSpec(Spec):
     """Of the gyro, assumed by the filter, rad/s^(1/2); that of the gyro when left out."""
     rate_random_walk: NonNegative | None = None
     """Of the gyro's bias, assumed by the filter, rad/s^(3/2); that of the gyro when left out."""
+    angular_acceleration_density: Positive | None = None
+    """Power spectral density of the angular acceleration about each body axis, rad^2/s^3, beyond that of the
+    rigid body by the momentum of its wheels; assumed over steps without a reading of the gyro, in which the
+    estimated angular velocity goes on by this model. A gyro with `outages` or `latency` needs it. Without it,
+    the newest reading counts as measured until the next one has arrived."""
     initial_attitude_error: Annotated[float, Field(ge=LEAST_DEVIATION, le=math.pi), OR_DEGREES] = (
         math.radians(1.0)
     )
@@ -54,7 +59,8 @@ class AttitudeFilterSpec(Spec):
             normals: standard normal numbers for the error of the first estimate, shape (3,).
 
         Raises:
-            ValueError: the satellite has not exactly one gyro or no star tracker, or a noise is zero.
+            ValueError: the satellite has not exactly one gyro or no star tracker, a noise is zero, or the
+                gyro's readings are late or missing and no angular acceleration is assumed.
         """
         found = _columns(channels)
         gyros = [(column, channel) for column, channel in found if isinstance(channel, GyroChannel)]
@@ -77,16 +83,29 @@ class AttitudeFilterSpec(Spec):
             step=step,
             gyro_column=gyro_column,
             gyro_period=gyro.timing.period,
+            gyro_latency=gyro.timing.latency,
             tracker_columns=tuple(column for column, _ in trackers),
             tracker_latencies=tuple(channel.timing.latency for _, channel in trackers),
             axes=np.stack([channel.axes for _, channel in trackers]),
             variance=variance,
             angle_density=np.asarray(angle * angle),
             bias_density=np.asarray(bias * bias),
+            acceleration_density=self._acceleration_density(gyro),
             start=self._start(gyro, mrp, normals),
             gate=np.asarray(np.inf if self.innovation_gate is None else self.innovation_gate),
             max_consecutive_rejections=np.asarray(float(self.max_consecutive_rejections)),
         )
+
+    def _acceleration_density(self, gyro: GyroChannel) -> Array | None:
+        """What is assumed over steps without a reading of the gyro; needed if it leaves some out."""
+        density, timing = self.angular_acceleration_density, gyro.timing
+        if density is None and (timing.latency or timing.outages):
+            late = "latency" if timing.latency else "outages"
+            raise ValueError(
+                f"a gyro with {late} leaves steps without a reading, in which the filter predicts the rate: "
+                "give the filter an angular_acceleration_density"
+            )
+        return None if density is None else np.asarray(density)
 
     def _start(self, gyro: GyroChannel, mrp: Array, normals: Array) -> AttitudeEstimate:
         """The estimate before the first reading: the truth less a draw from its error."""
@@ -96,9 +115,11 @@ class AttitudeFilterSpec(Spec):
             raise ValueError("a gyro without turn_on_bias and bias: give the filter an initial_bias_error")
         # The error is the rotation from the estimated to the true axes.
         estimated = composed_mrp(mrp_of_rotation(-error * normals), mrp)
-        covariance = np.diag(np.repeat([error * error, bias * bias], 3))
-        none = np.zeros(())
-        return AttitudeEstimate(estimated, np.zeros(3), covariance, none, none, none)
+        variances = [error * error, bias * bias]
+        if self.angular_acceleration_density is not None:
+            variances.append(UNKNOWN_RATE)
+        covariance, none = np.diag(np.repeat(variances, 3)), np.zeros(())
+        return AttitudeEstimate(estimated, np.zeros(3), np.zeros(3), covariance, none, none, none)
 
 
 def _columns(channels: Sequence[SensorChannel]) -> list[tuple[int, SensorChannel]]:

@@ -66,7 +66,8 @@ class EstimatedAttitude:
         """Attitude, angular velocity, gyro bias, covariance, innovation and rejected readings."""
         now = self.memory.now
         rate = self.attitude.angular_velocity
-        return now.mrp, rate, now.bias, now.covariance, now.innovation, now.rejected
+        covariance = now.covariance[..., :6, :6]
+        return now.mrp, rate, now.bias, covariance, now.innovation, now.rejected
 
     def numbers(self) -> Array:
         """The same of one satellite as one vector, the covariance row by row, shape (47,)."""
@@ -172,6 +173,30 @@ class Orientation:
         down = multiply(direction_cosines(mrp), -self.orbit.position(time).value / radius[..., None])
         return gravity_gradient_torque(self.law.body.inertia, down, radius, GRAVITATIONAL_PARAMETER)
 
+    def acceleration(self, earlier: Attitude, wheel_momentum: Array, time: Array, step: float) -> Array:
+        """Mean angular acceleration of the rigid body over a control period.
+
+        By Euler's equation, with the rate at the middle of the period from that at its start.
+
+        Args:
+            earlier: attitude, rate and momentum of the wheels at the start of the period.
+            wheel_momentum: measured at its end, N m s, shape (..., 3).
+            time: at its start, s, shape (...).
+            step: control period, s.
+
+        Returns:
+            Body components, rad/s^2, shape (..., 3).
+        """
+        body, taken = self.law.body, (wheel_momentum - earlier.wheel_momentum) / step
+        middle = 0.5 * (earlier.wheel_momentum + wheel_momentum)
+        rate, torque = earlier.angular_velocity, self.external(earlier.mrp, time) - taken
+        found = np.zeros_like(rate)
+        for _ in range(2):
+            turning = rate + 0.5 * step * found
+            momentum = multiply(body.platform_inertia, turning) + middle
+            found = multiply(body.inverse_platform_inertia, cross(momentum, turning) + torque)
+        return found
+
     def estimated(
         self, memory: AttitudeMemory, wheel_momentum: Array, earlier_momentum: Array, time: Array, step: float
     ) -> Attitude:
@@ -179,7 +204,7 @@ class Orientation:
 
         The gyro measures a mean over its period. The present rate is that mean with the angular acceleration
         since its middle, which follows from the momentum that the wheels took up over the last control
-        period.
+        period. A filter that holds a rate gives that of the step itself.
 
         Args:
             memory: of the filter.
@@ -194,7 +219,7 @@ class Orientation:
         torque = (
             cross(momentum, mean) + self.external(now.mrp, time) - (wheel_momentum - earlier_momentum) / step
         )
-        rate = mean + memory.rate_age * multiply(body.inverse_platform_inertia, torque)
+        rate = mean + memory.rate_age[..., None] * multiply(body.inverse_platform_inertia, torque)
         return Attitude(now.mrp, rate, wheel_momentum)
 
     def wheel_torque(

@@ -264,16 +264,21 @@ def turned_by_filter(
     own = plan.attitude_filter
     if own is None or plan.orientation is None:
         return None
-    earlier = wheel_momentum
+    earlier, time = wheel_momentum, np.full_like(state.arc_length, state.step * plan.step)
     if state.attitude is None:
         memory = own.first(readings, begins_again=state.step > 0)
     else:
         memory = state.attitude.memory
+        acceleration = np.zeros_like(wheel_momentum)
         if state.missed:
             memory = own.resume(memory, state.missed)
         else:
-            earlier = state.attitude.attitude.wheel_momentum
-        memory = own.observe(memory, readings)
-    time = np.full_like(state.arc_length, state.step * plan.step)
+            before = state.attitude.attitude
+            earlier = before.wheel_momentum
+            if own.holds_rate:
+                acceleration = plan.orientation.acceleration(
+                    before, wheel_momentum, time - plan.step, plan.step
+                )
+        memory = own.observe(memory, readings, acceleration)
     attitude = plan.orientation.estimated(memory, wheel_momentum, earlier, time, plan.step)
     return EstimatedAttitude(memory, attitude)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative
@@ -27,12 +27,12 @@ ScaleError = Annotated[float, Field(ge=-0.5, le=0.5)]
 
 @dataclass
 class GyroChannel:
-    """Readings of a gyro: mean angular velocity since its last reading, rad/s, body axes.
+    """Readings of a gyro: mean angular velocity over its last period, rad/s, body axes.
 
-    It remembers the attitude at its last reading and its bias, and has to be asked once a step, in order.
+    It remembers the attitude a period ago and its bias, and has to be asked once a step, in order.
 
     Attributes:
-        timing: when readings are taken; they arrive at once.
+        timing: when readings are taken and arrive.
         observer: index of the satellite.
         step: control period, s.
         angle_random_walk: rad/s^(1/2).
@@ -40,7 +40,7 @@ class GyroChannel:
         turn_on_bias: standard deviation of the part of the bias that is drawn at the start, rad/s.
         bias: the other part, rad/s, shape (3,).
         scale: measured per true angular velocity on each axis, shape (3,).
-        walking_bias: at the last reading, rad/s, shape (3,); None before the first one.
+        walking_bias: at the end of the last period, rad/s, shape (3,); None before the first one.
 
     Source: Markley & Crassidis 2014, ch. 4.7 (discrete model of a gyro, exact for sampled angle and bias);
     Farrenkopf 1978.
@@ -74,9 +74,10 @@ class GyroChannel:
     def reading(self, scene: Scene, step: int, normals: Array) -> Array:
         """As of every channel.
 
-        The first one is as though the satellite had turned at its present rate before.
+        The first one is as though the satellite had turned at its present rate before. In an outage the bias
+        walks on and no rotation is summed up: the first reading after it is the mean over one period, too.
         """
-        if scene.mrp is None or scene.angular_velocity is None or not self.timing.is_due(step):
+        if scene.mrp is None or scene.angular_velocity is None or step % self.timing.period:
             return np.full(3, np.nan)
         time = self.timing.period * self.step
         mrp = scene.mrp[self.observer]
@@ -91,14 +92,15 @@ class GyroChannel:
         self._mrp, self.walking_bias = mrp.copy(), now
         angle, walk = self.angle_random_walk, self.rate_random_walk
         white = math.sqrt(angle * angle / time + walk * walk * time / 12.0)
-        return np.asarray(self.scale * rate + 0.5 * (before + now) + white * normals[:3])
+        measured = np.asarray(self.scale * rate + 0.5 * (before + now) + white * normals[:3])
+        return measured if self.timing.is_due(step) else np.full(3, np.nan)
 
 
 class GyroSpec(SensorSpec):
     """A rate-integrating gyro with three axes along those of the body.
 
-    A reading is the rotation since the one before, divided by the time between them; the rotation has to be
-    less than half a turn.
+    A reading is the rotation over the last period, divided by it; the rotation has to be less than half a
+    turn. With `latency` or `outages` the attitude filter needs an `angular_acceleration_density`.
     """
 
     kind: Literal["gyro"] = "gyro"
@@ -114,12 +116,6 @@ class GyroSpec(SensorSpec):
     """Constant part of the bias, body axes, rad/s or text."""
     scale_factor_error: tuple[ScaleError, ScaleError, ScaleError] = (0.0, 0.0, 0.0)
     """Measured less true angular velocity, over the true one, on each body axis."""
-
-    @model_validator(mode="after")
-    def _in_time(self) -> "GyroSpec":
-        if self.latency > 0.0 or self.outages:
-            raise ValueError("a gyro has neither latency nor outages: the attitude filter moves on with it")
-        return self
 
     def build(self, names: Sequence[str], observer: int, step: float) -> list[SensorChannel]:
         """As of every sensor."""
