@@ -25,7 +25,9 @@ command_publisher = node.create_publisher(Command, f"{OWN}/command", EACH_STEP)
 phase_publisher = node.create_publisher(ArcLength, f"{OWN}/arc_length", EACH_STEP)
 ready_publisher = node.create_publisher(NodeReady, "formation/node_ready", LATCHED)
 sources, phases, last = {}, {}, []
-now = SimpleNamespace(status=None, state=None, anchor=None, step=None, phase=(0.0, 0.0), ready=False)
+now = SimpleNamespace(
+    status=None, state=None, anchor=None, step=None, phase=(0.0, 0.0), ready=False, alive=False
+)
 
 
 def edges(end, other):
@@ -46,6 +48,9 @@ def take_status(message):
         raise SystemExit(0)
     if now.status.phase == FormationStatus.ABORTED or (now.step is not None and not alive):
         raise SystemExit(3)
+    if now.alive and not alive:
+        now.ready = False  # the plant rejects readiness that it reads before the loss
+    now.alive = alive
     # The status has the present edges alone, and a schedule of the scenario may bring others.
     for name in now.status.satellites:
         if name != OWN and name not in sources:

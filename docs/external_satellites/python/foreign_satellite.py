@@ -18,7 +18,7 @@ class ForeignSatellite(Node):
         super().__init__(OWN)
         recorded = self.declare_parameter("recorded", True).value  # whether a recorder takes part
         self.law, self.step, self.state, self.status = PhaseLaw(), None, None, FormationStatus()
-        self.phases, self.last, self.ready = {}, [], False
+        self.phases, self.last, self.ready, self.alive = {}, [], False, False
         self.command = self.create_publisher(Command, f"{OWN}/command", EACH_STEP)
         self.phase = self.create_publisher(ArcLength, f"{OWN}/arc_length", EACH_STEP)
         self.tracking = self.create_publisher(Tracking, f"{OWN}/tracking", EACH_STEP)  # for the recorder
@@ -39,6 +39,7 @@ class ForeignSatellite(Node):
 
     def on_status(self, status: FormationStatus) -> None:
         self.status, alive = status, status.alive[status.satellites.index(OWN)]
+        self.ready, self.alive = self.ready and (alive or not self.alive), alive  # a loss asks for it again
         over = status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED)
         if over or (self.step is not None and not alive):  # if it is lost, it rejoins when started again
             raise SystemExit(0 if status.phase == FormationStatus.FINISHED else 3)

@@ -47,7 +47,7 @@ typedef struct {
   StoredPhase stored[NEIGHBOURS][STORED];
   Phase own;
   uint64_t step;
-  bool recorded, ready, has_status, has_state, flying, has_commanded;
+  bool recorded, ready, has_status, has_state, flying, has_commanded, member;
 } Satellite;
 
 static void check(rcl_ret_t result)
@@ -285,6 +285,11 @@ static int take_status(Satellite * own)
   if (own->flying && !is_member(own)) {
     return LOST;  // started again, it rejoins
   }
+  bool member = is_member(own);
+  if (own->member && !member) {
+    own->ready = false;  // what it published before its loss is rejected [L2]
+  }
+  own->member = member;
   repeat(own);
   return GOES_ON;
 }

@@ -122,6 +122,10 @@ private:
       rclcpp::shutdown();
       return;
     }
+    if (member_ && !is_member()) {
+      timer_->reset();  // what it published before its loss is rejected [L2]
+    }
+    member_ = is_member();
     if (last_command_) {
       command_->publish(*last_command_);
     }
@@ -226,6 +230,7 @@ private:
   }
 
   bool recorded_;
+  bool member_ = false;
   Phase own_{};
   std::optional<std::uint64_t> step_;
   std::optional<RelativeState> given_;
