@@ -23,7 +23,6 @@ pytestmark = pytest.mark.unmeasured
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "external_satellites"
 FOREIGN = [sys.executable, str(EXAMPLES / "python" / "foreign_satellite.py")]
-FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
 EXTERNAL = ("--set", "satellites[sat2].external=true")
 DURATION = 50.0
 
@@ -54,6 +53,12 @@ def start_program() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
         if process.poll() is None:
             process.kill()
         process.communicate()
+
+
+def faulty(fault: str, run: Path) -> list[str]:
+    """Command of a satellite with a fault, for a run in this folder."""
+    program = Path(__file__).with_name("faulty_satellite.py")
+    return [sys.executable, str(program), fault, str(run / "scenario.json")]
 
 
 def result(run: Path) -> dict[str, object]:
@@ -142,7 +147,7 @@ def test_satellite_of_another_interface_is_refused_at_once(
     tmp_path: Path,
 ) -> None:
     flight = start_run("triangle", *EXTERNAL)
-    start_program(tmp_path / "run", [*FAULTY, "OtherInterface"])
+    start_program(tmp_path / "run", faulty("OtherInterface", tmp_path / "run"))
     output, _ = flight.communicate(timeout=110)
     assert flight.returncode == 3
     sentence = "sat2 was written by version 99 of the interface, and these nodes by version 1"
@@ -155,7 +160,7 @@ def test_satellite_with_another_definition_of_a_message_is_refused(
     tmp_path: Path,
 ) -> None:
     flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=20.0")
-    start_program(tmp_path / "run", [*FAULTY, "OtherDefinition"])
+    start_program(tmp_path / "run", faulty("OtherDefinition", tmp_path / "run"))
     output, _ = flight.communicate(timeout=120)
     assert flight.returncode == 3
     sentence = (
@@ -172,7 +177,7 @@ def test_satellite_that_comes_twice_is_named(
     flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=15.0", "--set", "timing.duration=10")
     for _ in range(2):
         # Neither reports that it is ready before both are there.
-        start_program(tmp_path / "run", [*FAULTY, "Unready"])
+        start_program(tmp_path / "run", faulty("Unready", tmp_path / "run"))
     output, _ = flight.communicate(timeout=120)
     assert flight.returncode == 3
     assert "2 nodes are called sat2, and all of them publish /sat2/" in " ".join(output.split())

@@ -31,7 +31,7 @@ def start_program() -> Iterator[Callable[[Path, str], "subprocess.Popen[str]"]]:
         while not script.exists():
             assert time.monotonic() < end, f"{script} is not written"
             time.sleep(0.02)  # polls: another process writes it
-        command = ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *FAULTY, fault]
+        command = ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *FAULTY, fault, str(run / "scenario.json")]
         process = subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE, text=True)
         started.append(process)
         return process
