@@ -20,6 +20,9 @@ READ_BY_ITS_SATELLITE = frozenset({"state", "measurements", "attitude", "link_co
 
 READ_BY_NEIGHBOURS = frozenset({"arc_length", "motion", "navigation_estimate"})
 
+READ_BY_THE_PLANT = READ_BY_NEIGHBOURS | {"command"}
+"""In a step that does not go on the plant watches what satellites wait for."""
+
 SERVICES_OF_A_NODE = (
     *("describe_parameters", "get_parameter_types", "get_parameters", "get_type_description"),
     *("list_parameters", "set_parameters", "set_parameters_atomically"),
@@ -67,7 +70,7 @@ def permitted(kinds: Iterable[str], heard: Mapping[str, str]) -> dict[str, Permi
                     nodes[reader].subscribe.add(topic)
             if kind in READ_BY_ITS_SATELLITE:
                 nodes[name].subscribe.add(topic)
-            if kind == "command":
+            if kind in READ_BY_THE_PLANT:
                 nodes["plant"].subscribe.add(topic)
     _add_topics_of_the_formation(nodes, tuple(heard))
     _add_services(nodes)
