@@ -4,6 +4,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,15 @@ def seen(observer: Node, node: str) -> Access:
     return Access(node, *(tuple(sorted(name for name, _ in look)) for look in looks))
 
 
+def while_steps_go_on(access: Access) -> Access:
+    """Without what the plant subscribes to only while a step does not go on."""
+    if access.node != "plant":
+        return access
+    watched = ("/arc_length", "/navigation_estimate")
+    subscribes = tuple(name for name in access.subscribes if not name.endswith(watched))
+    return replace(access, subscribes=subscribes)
+
+
 # Each hears the next; sensors and thrusters add topics, and so do estimates and standard messages.
 @pytest.mark.parametrize(
     ("name", "changes"),
@@ -49,7 +59,7 @@ def test_each_node_has_just_the_topics_and_services_that_it_is_permitted(
     name: str, changes: tuple[str, ...], fleet: Callable[..., list], observer: Node, tmp_path: Path
 ) -> None:
     scenario = shortened(name, 50_000.0, *changes)
-    permitted = [access for access in accesses(scenario) if access.node != "operator"]
+    permitted = [while_steps_go_on(access) for access in accesses(scenario) if access.node != "operator"]
     file = tmp_path / "scenario.json"
     file.write_text(scenario.to_json())
     fleet(processes(compile_scenario(scenario), file, tmp_path / "bag"))

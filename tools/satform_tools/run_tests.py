@@ -30,6 +30,9 @@ _MEASURED = (*_COVERAGE, "--source", "satform,satform_nodes,satform_bringup", *_
 _MEASURED_NODES = (*_COVERAGE, "--source", "satform.protocol,satform_nodes,satform_bringup", *_PYTEST)
 """Leaves out the rest of the library, in which nodes spend most of their time; other parts measure it."""
 
+_EXTERNAL = ("tests/dds/test_conformance.py", "tests/dds/test_external_satellites_fly.py")
+"""Flights with satellites that are programs of their own: a part, so that the longest part is shorter."""
+
 _AT_ONCE = 2
 """Parts that run at the same time: each leaves the flights over DDS of the other a core."""
 
@@ -74,8 +77,12 @@ class Outcome:
 
 PARTS = (
     # Long or repeated flights, of code that is measured in the next part: coverage would double their time.
-    Part("long flights of nodes", (*_PYTEST, "-m", "unmeasured", "tests/dds")),
+    Part(
+        "long flights of nodes",
+        (*_PYTEST, "-m", "unmeasured", "tests/dds", *(f"--ignore={file}" for file in _EXTERNAL)),
+    ),
     Part("nodes", (*_MEASURED_NODES, "-m", "not unmeasured", "tests/dds")),
+    Part("external satellites", (*_PYTEST, *_EXTERNAL)),
     Part("commands", (*_PYTEST, "-m", "not setup_from_scratch", "tests/tools")),
     Part("ruff check", ("-m", "ruff", "check", ".")),
     Part("ruff format", ("-m", "ruff", "format", "--check", ".")),
