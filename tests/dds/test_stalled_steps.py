@@ -14,7 +14,6 @@ import pytest
 
 from satform.bag.reader import read_bag
 
-
 FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
 OPTIONS = ("satellites[sat2].external=true", "node_timeout=3.0", "timing.duration=20")
 
