@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -54,6 +55,47 @@ def in_c(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     assert done.returncode == 0, done.stdout
     package = "foreign_satellite_c"
     return [str(workspace / "install" / package / "lib" / package / "foreign_satellite")]
+
+
+@pytest.fixture
+def start_program() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
+    """Starts a program with the environment that a run has written; ends it when the test is over."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start(run: Path, command: list[str]) -> "subprocess.Popen[str]":
+        script = run / "environment.sh"
+        end = time.monotonic() + 60.0
+        while not script.exists():
+            assert time.monotonic() < end, f"{script} is not written"
+            time.sleep(0.02)  # polls: another process writes it
+        process = subprocess.Popen(
+            ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *command],
+            env=dict(os.environ),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start
+    for process in started:
+        if process.poll() is None:
+            process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def start_faulty(
+    start_program: Callable[[Path, list[str]], "subprocess.Popen[str]"],
+) -> Callable[[Path, str], "subprocess.Popen[str]"]:
+    """Starts a satellite with a fault, of `faulty_satellite.py`, for a run in a folder."""
+    program = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
+
+    def start(run: Path, fault: str) -> "subprocess.Popen[str]":
+        return start_program(run, [*program, fault, str(run / "scenario.json")])
+
+    return start
 
 
 @pytest.fixture

@@ -3,12 +3,11 @@
 """Satellites of somebody else fly with two of ours, with the same bits; what goes wrong is a sentence."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -25,40 +24,6 @@ EXAMPLES = ROOT / "docs" / "external_satellites"
 FOREIGN = [sys.executable, str(EXAMPLES / "python" / "foreign_satellite.py")]
 EXTERNAL = ("--set", "satellites[sat2].external=true")
 DURATION = 50.0
-
-
-@pytest.fixture
-def start_program() -> Iterator[Callable[..., "subprocess.Popen[str]"]]:
-    """Starts a program with the environment that a run has written; ends it when the test is over."""
-    started: list[subprocess.Popen[str]] = []
-
-    def start(run: Path, command: list[str]) -> "subprocess.Popen[str]":
-        script = run / "environment.sh"
-        end = time.monotonic() + 60.0
-        while not script.exists():
-            assert time.monotonic() < end, f"{script} is not written"
-            time.sleep(0.02)  # polls: another process writes it
-        process = subprocess.Popen(
-            ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *command],
-            env=dict(os.environ),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-        started.append(process)
-        return process
-
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
-
-
-def faulty(fault: str, run: Path) -> list[str]:
-    """Command of a satellite with a fault, for a run in this folder."""
-    program = Path(__file__).with_name("faulty_satellite.py")
-    return [sys.executable, str(program), fault, str(run / "scenario.json")]
 
 
 def result(run: Path) -> dict[str, object]:
@@ -143,11 +108,11 @@ def test_satellite_that_does_not_come_ends_the_run(
 
 def test_satellite_of_another_interface_is_refused_at_once(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[..., "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
     flight = start_run("triangle", *EXTERNAL)
-    start_program(tmp_path / "run", faulty("OtherInterface", tmp_path / "run"))
+    start_faulty(tmp_path / "run", "OtherInterface")
     output, _ = flight.communicate(timeout=110)
     assert flight.returncode == 3
     sentence = "sat2 was written by version 99 of the interface, and these nodes by version 1"
@@ -156,11 +121,11 @@ def test_satellite_of_another_interface_is_refused_at_once(
 
 def test_satellite_with_another_definition_of_a_message_is_refused(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[..., "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
     flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=20.0")
-    start_program(tmp_path / "run", faulty("OtherDefinition", tmp_path / "run"))
+    start_faulty(tmp_path / "run", "OtherDefinition")
     output, _ = flight.communicate(timeout=120)
     assert flight.returncode == 3
     sentence = (
@@ -171,13 +136,13 @@ def test_satellite_with_another_definition_of_a_message_is_refused(
 
 def test_satellite_that_comes_twice_is_named(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[..., "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
     flight = start_run("triangle", *EXTERNAL, "--set", "external_timeout=15.0", "--set", "timing.duration=10")
     for _ in range(2):
         # Neither reports that it is ready before both are there.
-        start_program(tmp_path / "run", faulty("Unready", tmp_path / "run"))
+        start_faulty(tmp_path / "run", "Unready")
     output, _ = flight.communicate(timeout=120)
     assert flight.returncode == 3
     assert "2 nodes are called sat2, and all of them publish /sat2/" in " ".join(output.split())

@@ -3,47 +3,20 @@
 """A satellite that does not send what others wait for is lost after `node_timeout`, not those who wait."""
 
 import json
-import os
 import subprocess
-import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from satform.bag.reader import read_bag
 
-FAULTY = [sys.executable, str(Path(__file__).with_name("faulty_satellite.py"))]
 OPTIONS = ("satellites[sat2].external=true", "node_timeout=3.0", "timing.duration=20")
-
-
-@pytest.fixture
-def start_program() -> Iterator[Callable[[Path, str], "subprocess.Popen[str]"]]:
-    """Starts a faulty satellite with the environment that a run has written; ends it after the test."""
-    started: list[subprocess.Popen[str]] = []
-
-    def start(run: Path, fault: str) -> "subprocess.Popen[str]":
-        script = run / "environment.sh"
-        end = time.monotonic() + 60.0
-        while not script.exists():
-            assert time.monotonic() < end, f"{script} is not written"
-            time.sleep(0.02)  # polls: another process writes it
-        command = ["sh", "-c", f'. "{script}"; exec "$@"', "sh", *FAULTY, fault, str(run / "scenario.json")]
-        process = subprocess.Popen(command, env=dict(os.environ), stdout=subprocess.PIPE, text=True)
-        started.append(process)
-        return process
-
-    yield start
-    for process in started:
-        if process.poll() is None:
-            process.kill()
-        process.communicate()
 
 
 def flown(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     run: Path,
     fault: str,
     *more: str,
@@ -51,7 +24,7 @@ def flown(
     """Exit code of the run, and what it printed, in one line."""
     changes = [argument for option in (*OPTIONS, *more) for argument in ("--set", option)]
     flight = start_run("triangle", *changes)
-    start_program(run, fault)
+    start_faulty(run, fault)
     output, messages = flight.communicate(timeout=120)
     return flight.returncode, " ".join(f"{output} {messages}".split())
 
@@ -67,10 +40,10 @@ def test_the_satellite_that_holds_up_a_step_is_lost_and_the_others_fly_on(
     fault: str,
     reason: str,
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
-    code, text = flown(start_run, start_program, tmp_path / "run", fault)
+    code, text = flown(start_run, start_faulty, tmp_path / "run", fault)
     assert code == 3, text
     assert reason in text
     result = json.loads((tmp_path / "run" / "result.json").read_text())
@@ -83,23 +56,23 @@ def test_the_satellite_that_holds_up_a_step_is_lost_and_the_others_fly_on(
 
 def test_a_satellite_without_its_first_phase_ends_the_flight_by_name(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
-    code, text = flown(start_run, start_program, tmp_path / "run", "NoFirstPhase")
+    code, text = flown(start_run, start_faulty, tmp_path / "run", "NoFirstPhase")
     assert code == 3
     assert "no /sat2/arc_length for step 0 within 3 s" in text
 
 
 def test_a_satellite_whose_phase_the_recorder_alone_lacks_is_lost_and_not_the_recorder(
     start_run: Callable[..., "subprocess.Popen[str]"],
-    start_program: Callable[[Path, str], "subprocess.Popen[str]"],
+    start_faulty: Callable[[Path, str], "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
     # The plant waits for the recorder when it is 256 steps ahead.
     one_way = "graph={kind: matrix, rows: [[0, 0, 1], [1, 0, 1], [1, 0, 0]]}"
     more = (one_way, "timing.duration=150")
-    code, text = flown(start_run, start_program, tmp_path / "run", "NoPhaseForRecorder", *more)
+    code, text = flown(start_run, start_faulty, tmp_path / "run", "NoPhaseForRecorder", *more)
     assert code == 3, text
     assert "no /sat2/arc_length for step 25" in text
     assert json.loads((tmp_path / "run" / "result.json").read_text())["lost"] == ["sat2"]

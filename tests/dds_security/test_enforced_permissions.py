@@ -10,7 +10,7 @@ import pytest
 from changed_keystores import sign_changed
 from enforced_access import all_at_once, all_topics, assert_enforced, refused_by
 from flights import shipped
-from formation_access import permitted
+from formation_access import Permitted, permitted
 from satform.communication.topic_table import KINDS_OF_A_SATELLITE, channels
 from satform.flight.compile import topic_plan
 from satform.scenario import Scenario
@@ -20,6 +20,7 @@ from secured_participants import (
     CycloneProgram,
     FastDdsProgram,
     NotBuiltError,
+    Participant,
     Participants,
     Program,
     build_cyclone,
@@ -76,13 +77,25 @@ def heard(graph: str) -> dict[str, str]:
     return dict(zip(("one", "two", "three", "four"), GRAPHS[graph].split(", "), strict=True))
 
 
+def all_of_four(
+    graph: str,
+    program: Program,
+    participants: Participants,
+    keystore: Path,
+    *,
+    own_checks: bool,
+) -> tuple[dict[str, Permitted], list[Participant]]:
+    """What each node of four satellites may do, and all of them once each has tried everything."""
+    make(four_satellites(graph), keystore, 30, ANY_DOMAIN)
+    nodes = permitted(BASIC, heard(graph))
+    return nodes, all_at_once(participants, program, keystore, nodes, own_checks=own_checks)
+
+
 @pytest.mark.parametrize("graph", GRAPHS)
 def test_a_node_is_held_to_its_permissions_by_its_own_dds(
     graph: str, cyclone: CycloneProgram, participants: Participants, tmp_path: Path
 ) -> None:
-    make(four_satellites(graph), tmp_path / "keystore", 30, ANY_DOMAIN)
-    nodes = permitted(BASIC, heard(graph))
-    flying = all_at_once(participants, cyclone, tmp_path / "keystore", nodes, own_checks=True)
+    nodes, flying = all_of_four(graph, cyclone, participants, tmp_path / "keystore", own_checks=True)
     assert_enforced(nodes, flying)
     for participant in flying[: len(nodes)]:
         assert set(participant.refused) == refused_by(nodes, participant.name)
@@ -108,9 +121,7 @@ def test_such_a_node_would_be_seen_if_the_others_did_not_check_it(
 def test_fast_dds_enforces_the_same_documents(
     graph: str, fastdds: FastDdsProgram, participants: Participants, tmp_path: Path
 ) -> None:
-    make(four_satellites(graph), tmp_path / "keystore", 30, ANY_DOMAIN)
-    nodes = permitted(BASIC, heard(graph))
-    flying = all_at_once(participants, fastdds, tmp_path / "keystore", nodes, own_checks=True)
+    nodes, flying = all_of_four(graph, fastdds, participants, tmp_path / "keystore", own_checks=True)
     assert_enforced(nodes, flying)
     for participant in flying[: len(nodes)]:
         refused = refused_by(nodes, participant.name)
@@ -123,9 +134,7 @@ def test_fast_dds_enforces_the_same_documents(
 def test_a_node_that_ignores_its_permissions_is_held_to_them_by_the_others(
     graph: str, cyclone: CycloneProgram, participants: Participants, tmp_path: Path
 ) -> None:
-    make(four_satellites(graph), tmp_path / "keystore", 30, ANY_DOMAIN)
-    nodes = permitted(BASIC, heard(graph))
-    flying = all_at_once(participants, cyclone, tmp_path / "keystore", nodes, own_checks=False)
+    nodes, flying = all_of_four(graph, cyclone, participants, tmp_path / "keystore", own_checks=False)
     assert not any(participant.refused for participant in flying)
     assert_enforced(nodes, flying)
 

@@ -27,7 +27,8 @@ from satform.membership.reconfiguration import Target
 from satform.numeric.elementwise import Array
 from satform.protocol.plant_commands import PlantCommands
 from satform.protocol.plant_steps import PlantSteps
-from satform.protocol.satellite_steps import SatelliteSteps, StampedMessage
+from satform.protocol.satellite_output import StampedMessage
+from satform.protocol.satellite_steps import SatelliteSteps
 from satform.protocol.status import FormationPhase
 from satform.protocol.writers import AuthorisedWriters
 from satform_nodes.plant.publishers import PlantPublishers

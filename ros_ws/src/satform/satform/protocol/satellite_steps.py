@@ -6,8 +6,8 @@ The node of the satellite hands in what arrives, and publishes what it is asked 
 DDS.
 """
 
-from collections.abc import Callable, Collection, Sequence
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -21,99 +21,15 @@ from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
 from satform.membership.formation import is_lost_at, rejoins_after
 from satform.membership.reconfiguration import Target
-from satform.numeric.elementwise import Array
 from satform.protocol.formation_view import FormationView
 from satform.protocol.neighbour_messages import Message, NeighbourMessages
+from satform.protocol.satellite_output import Checkpoints, SatelliteOutput, StampedMessage
 from satform.protocol.status import FormationStatus
 from satform.protocol.step_batch import StepBatch
 from satform.protocol.step_messages import StepMessages
 
 ANY_STEP = 2**63
 """A step beyond every flight."""
-
-StampedMessage = tuple[tuple[int, int], list[float]]
-"""Stamp and numbers of a neighbour message."""
-
-
-class Checkpoints(Protocol):
-    """Where a satellite keeps its last checkpoint.
-
-    Attributes:
-        step: of the checkpoint that was found at the start; -1 when there was none.
-    """
-
-    step: int
-
-    def load(self) -> None:
-        """Read the last checkpoint."""
-
-    def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
-        """Put a satellite with these in-neighbours into the state of the checkpoint."""
-
-    def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
-        """Write a checkpoint if one is due at the satellite's step."""
-
-
-class SatelliteOutput(Protocol):
-    """What the steps of a satellite ask of the node that carries them."""
-
-    def publish_command(self, step: int, decision: Decision, message: StampedMessage) -> None:
-        """Publish the command of a step, with a copy of the neighbour message for the next one."""
-
-    def publish_violation(self, step: int, violation: Violation) -> None:
-        """Publish a command of zero for a step, with what was beyond its limit."""
-
-    def publish_next(self, step: int, message: StampedMessage) -> None:
-        """Publish the neighbour message for a step."""
-
-    def publish_joint_estimate(self, step: int, numbers: Array) -> None:
-        """Publish the estimate of the whole formation that goes with the neighbour message for a step."""
-
-    def publish_tracking(self, step: int, decision: Decision) -> None:
-        """Publish reference, tracking error and estimates of a step."""
-
-    def publish_changes(self, step: int) -> None:
-        """Publish the parameters that have changed at a step."""
-
-    def publish_ready(self) -> None:
-        """Publish that this satellite is ready, and the checkpoint from which it would continue."""
-
-    def forget_messages(self) -> None:
-        """Do not retransmit what was published last: the satellite is lost."""
-
-    def await_status(self) -> None:
-        """A status is on its way, without which the step cannot go on."""
-
-    def lost(self, step: int, *, planned: bool) -> None:
-        """This satellite, which flies, is lost from a step on.
-
-        Does not return if its process ends because of that.
-        """
-
-    def allow_replacement(self, lost: Collection[int]) -> None:
-        """Accept restarted processes of lost satellites as publishers."""
-
-    def add_neighbour(self, neighbour: int) -> None:
-        """Subscribe to the messages of a neighbour."""
-
-    def retarget(self, satellite: Satellite, target: Target) -> None:
-        """Have the flight software fly by a target."""
-
-    def reset_parameters(self) -> None:
-        """Have the specifications of the scenario in force again."""
-
-    def may_have_begun_here(self, step: int) -> bool:
-        """On the wall clock: whether a flight that has come to a step can have begun with this process."""
-
-    def require_lost(self, step: int, version: int, *, alive: bool, known_version: int) -> None:
-        """Look whether another process flies this satellite, since a state came that is not for this one.
-
-        Args:
-            step: whose state has come.
-            version: of the formation for which the state was published.
-            alive: whether the satellite takes part by the plant's last status.
-            known_version: of the formation in the plant's last status.
-        """
 
 
 class SatelliteSteps:

@@ -24,7 +24,8 @@ from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
 from satform.membership.reconfiguration import Target
 from satform.numeric.elementwise import Array
-from satform.protocol.satellite_steps import SatelliteSteps, StampedMessage, needed_of_plant
+from satform.protocol.satellite_output import StampedMessage
+from satform.protocol.satellite_steps import SatelliteSteps, needed_of_plant
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level, with_failures
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.realtime_loop import processor_seconds

@@ -26,7 +26,7 @@ from satform.flight.satellite_step import Decision
 from satform.navigation.relative_state_filter import EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationMemory
 from satform.numeric.elementwise import Array
-from satform.protocol.satellite_steps import StampedMessage
+from satform.protocol.satellite_output import StampedMessage
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
 from satform_nodes.transport import qos, topic_types
