@@ -88,7 +88,7 @@ FOUND = {
     ),
     "the first message of a rejoined satellite is used at once": (
         3,
-        26,
+        24,
         "has other bits",
     ),
     "commands of the step before still count": (3, 11, "has other bits"),
@@ -99,11 +99,11 @@ FOUND = {
     ),
     "a neighbour does not accept the new process of a satellite": (
         4,
-        42,
+        43,
         "is counted as lost",
     ),
     "a satellite flies on though it is lost": (3, 13, "knows that it is lost"),
-    "a satellite comes back within a step": (3, 19, "has other bits"),
+    "a satellite comes back within a step": (3, 18, "has other bits"),
 }
 """Of each fault: with how many steps of two satellites and one disturbance it is found, the length of the
 shortest history, and what does not hold then."""
