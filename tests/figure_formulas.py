@@ -76,6 +76,8 @@ def at_moment(series: Callable[[Flight], np.ndarray], **how: bool) -> Callable[[
     def figure(expectation: Any, flight: Flight) -> float:
         values = series(flight)
         rows, columns = flight.row(expectation, len(values)), flight.columns(expectation.satellites)
+        if expectation.satellites is not None and any(flight.absent[k][n] for k in rows for n in columns):
+            return math.nan
         return greatest(flight.kept(values, rows, columns, **how)) if len(values) else math.nan
 
     return figure

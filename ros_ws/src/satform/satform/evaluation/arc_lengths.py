@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of agreement: spread, mean and rate of the generalised arc lengths."""
 
-from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -35,8 +34,7 @@ class ArcLengthSpread(AtTime, OfSatellites):
         return super().complaints(satellites, timing) + own
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        instant = self.instant(flight, flight.states, self.satellites)
-        return _SpreadAt(replace(instant, named=self.satellites is not None))
+        return _SpreadAt(self.instant(flight, flight.states, self.satellites))
 
 
 class ArcLengthSettling(Event):

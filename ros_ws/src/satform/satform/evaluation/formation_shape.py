@@ -89,7 +89,7 @@ class TetrahedronQualityAt(AtTime, _OfFour):
     kind: Literal["tetrahedron_quality_at"] = "tetrahedron_quality_at"
 
     def reducer(self, flight: FlightShape) -> Reducer:
-        stretch = self.instant(flight, flight.states, self.satellites)
+        stretch = self.instant(flight, flight.states, self.satellites, of_bodies=True)
         return ExtremeOf(stretch, "position", transform=self.qualities())
 
     def describe(self) -> str:

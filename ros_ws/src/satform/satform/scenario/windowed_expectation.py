@@ -208,19 +208,30 @@ class AtTime(Expectation):
     def ends(self, duration: float) -> float:
         return duration if self.at is None else self.at
 
-    def instant(self, flight: FlightShape, rows: int, satellites: tuple[str, ...] | None = None) -> Stretch:
+    def instant(
+        self,
+        flight: FlightShape,
+        rows: int,
+        satellites: tuple[str, ...] | None = None,
+        *,
+        of_bodies: bool = False,
+    ) -> Stretch:
         """The row of a series nearest to the moment, as a stretch; no row when the flight ends before.
+
+        A satellite that the expectation names has to fly at this moment.
 
         Args:
             flight: that is looked at.
             rows: of the series, `flight.steps` or `flight.states`.
             satellites: names of those that are meant; all when left out.
+            of_bodies: whether a satellite has it that does not fly, as it has a position.
         """
         row = flight.steps if self.at is None else round(self.at / flight.step)
         held = rows if row <= flight.steps else 0
         # What is decided in a step has no row for the state after the last step.
         row = max(min(row, held - 1), 0)
-        return Stretch(row, min(row + 1, held), flight.columns(satellites))
+        named = satellites is not None and not of_bodies
+        return Stretch(row, min(row + 1, held), flight.columns(satellites), named, of_bodies=of_bodies)
 
     def of_what(self) -> str:
         return self.moment() + super().of_what()
