@@ -51,6 +51,20 @@ def test_list_names_every_shipped_scenario(capsys: pytest.CaptureFixture[str]) -
     assert (triangle["satellites"], triangle["duration"], triangle["graph"]) == (3, 12000.0, "complete")
 
 
+def test_check_lays_changes_over_scenarios_and_not_over_campaigns(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["check", "triangle", "--set", "timing.step=20.0"]) == 0
+    # reaching_gain is 0.1 1/s, and 1 - 0.1 * 20 = -1.
+    assert "reaching_gain 0.1 1/s times the step 20 s is 2" in capsys.readouterr().out
+    assert cli.main(["check", "triangle", "--set", "timing.step=-1", "--json"]) == 2
+    (entry,) = json.loads(capsys.readouterr().out)
+    (problem,) = entry["problems"]
+    assert (problem["file"], problem["field"]) == ("--set timing.step=-1", "timing.step")
+    assert cli.main(["check", "triangle", "gain_sweep", "--set", "timing.step=1.0"]) == 2
+    assert "gain_sweep is a campaign: --set changes fields of scenarios" in capsys.readouterr().err
+
+
 def test_check_says_everything_about_every_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text = (SCENARIOS / "triangle.yaml").read_text()
     wrong = tmp_path / "wrong.yaml"

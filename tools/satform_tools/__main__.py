@@ -14,9 +14,15 @@ try:
     if too_low:
         sys.stderr.write(f"satform: {too_low}\n")
         sys.exit(2)
-    from satform_tools.cli.main import main
+    from satform_tools import stored_output
 
-    sys.exit(main())
+    def main() -> int:
+        """Run the command line, which imports all commands."""
+        from satform_tools.cli.main import main as command_line  # noqa: PLC0415 - slow to import
+
+        return command_line()
+
+    sys.exit(stored_output.run(sys.argv[1:], main))
 except KeyboardInterrupt:
     # Before a command has its own way to end.
     sys.exit(130)

@@ -50,17 +50,18 @@ class Checked:
                 yield Annotation(level, path.absolute(), problem)
 
 
-def check(files: Sequence[str], form: CheckFormat) -> int:
+def check(files: Sequence[str], form: CheckFormat, changes: Sequence[str] = ()) -> int:
     """Check files of scenarios and campaigns and print what was found.
 
     Args:
         files: paths, or names of scenarios or campaigns.
         form: of what is printed.
+        changes: `key=value` settings laid over each scenario.
 
     Returns:
         Exit code: 2 when a file cannot fly.
     """
-    found = [_check(file) for file in files]
+    found = [_check(file, changes) for file in files]
     code = EXIT_BAD_INPUT if any(entry.problems for entry in found) else EXIT_DONE
     annotations = [annotation for entry in found for annotation in entry.annotations()]
     if form is CheckFormat.JSON:
@@ -75,9 +76,13 @@ def check(files: Sequence[str], form: CheckFormat) -> int:
     return code
 
 
-def _check(file: str) -> Checked:
+def _check(file: str, changes: Sequence[str]) -> Checked:
     campaign = _campaign(file)
     if campaign is not None:
+        if changes:
+            raise CommandError(
+                f"{file} is a campaign: --set changes fields of scenarios; remove it or {file}"
+            )
         from satform_tools.check import campaigns  # noqa: PLC0415 - checks of scenarios need no scipy.stats
 
         try:
@@ -87,7 +92,7 @@ def _check(file: str) -> Checked:
     path = Path(file)
     try:
         path = scenario_library.find(file)
-        scenario = scenario_library.load(file)
+        scenario = scenario_library.load(file, changes)
     except CommandError as error:
         return Checked(file, path, (Problem(file, None, "", str(error)),), ())
     except ScenarioError as error:

@@ -48,14 +48,19 @@ def check(
             "scanning reads it. By default text.",
         ),
     ] = None,
+    changes: Changes = None,
     json: Json = False,
 ) -> None:
-    """Validate scenario and campaign files; print errors and warnings."""
+    """Validate scenario and campaign files; print errors and warnings.
+
+    With --set, scenarios are checked as run would fly them.
+    """
     from satform_tools.check import files as check_files
 
     if json and form not in {None, CheckFormat.JSON}:
         raise CommandError(f"--json and --format {form} exclude each other: name one form of output")
-    raise typer.Exit(check_files.check(files, CheckFormat.JSON if json else form or CheckFormat.TEXT))
+    shown_as = CheckFormat.JSON if json else form or CheckFormat.TEXT
+    raise typer.Exit(check_files.check(files, shown_as, changes or ()))
 
 
 def show(scenario: ScenarioArgument, changes: Changes = None, json: Json = False) -> None:
