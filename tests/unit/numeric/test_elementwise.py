@@ -145,5 +145,5 @@ def test_the_arc_tangent_takes_arrays_that_do_not_lie_in_one_piece() -> None:
 
 
 def test_the_arc_tangent_refuses_arguments_of_different_sizes() -> None:
-    with pytest.raises(ValueError, match=r"shorter|longer"):
+    with pytest.raises(ValueError, match="shape"):
         arctan2(np.zeros(2), np.zeros(3))

@@ -15,7 +15,7 @@ from pydantic import Field, model_validator
 from satform.common.angle_text import OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, Positive, Spec
 from satform.control.artificial_potential import Centres, fuzzy_basis
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, numbers
 
 LEAST_PHASES = 3
 """Patches of a revolution below which two neighbours would overlap on both sides."""
@@ -97,7 +97,7 @@ class PartitionOfUnity:
         parts = self._models(offset)
         if self.phase_patches:
             width = math.tau / self.phase_patches
-            turned = np.asarray(phase)[..., None] - width * np.arange(self.phase_patches)
+            turned = numbers(phase)[..., None] - width * np.arange(self.phase_patches)
             away = (np.remainder(turned + math.pi, math.tau) - math.pi) / width
             parts += [
                 np.broadcast_to(part[..., None, :], (*velocity.shape, self.phase_patches))
@@ -176,7 +176,7 @@ class FuzzySets:
         basis = fuzzy_basis(velocity, self.centres, self.width)
         if self.phase_sets:
             width = math.tau / self.phase_sets
-            turned = np.asarray(phase)[..., None] - width * np.arange(self.phase_sets)
+            turned = numbers(phase)[..., None] - width * np.arange(self.phase_sets)
             away = (np.remainder(turned + math.pi, math.tau) - math.pi) / width
             membership = np.exp(-(away * away))
             total = membership[..., 0]

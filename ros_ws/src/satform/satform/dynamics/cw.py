@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, blank
 
 _SERIES_LIMIT = 2.0
 _SERIES_TERMS = 11
@@ -254,7 +254,7 @@ class DisturbedStep:
         Returns:
             Position (m) and velocity (m/s) at the end, each of shape (N, 3).
         """
-        vectors = np.empty((6, *position.shape))
+        vectors = blank((6, *position.shape), position)
         vectors[0], vectors[1], vectors[2] = position, velocity, acceleration
         vectors[3:] = disturbance_at_nodes
         moved = self._of_all(vectors)
@@ -264,7 +264,7 @@ class DisturbedStep:
 
     def undisturbed(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
         """State at the end of a step without disturbance; arguments and result as in `advance`."""
-        vectors = np.empty((3, *position.shape))
+        vectors = blank((3, *position.shape), position)
         vectors[0], vectors[1], vectors[2] = position, velocity, acceleration
         moved = self._of_state_and_input(vectors)
         end = moved[:, 0] + moved[:, 1] + moved[:, 2]

@@ -5,12 +5,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from satform.dynamics.cw import DisturbedStep
 from satform.dynamics.prescribed_disturbances import Perturbation
 from satform.dynamics.protocol import Dynamics, total_perturbation
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, blank
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ class CwDynamics(LvlhStateDynamics):
         """The state one control period later; arguments as in `Dynamics.advance`."""
         if not self.perturbations:
             return CwState(*self.step.undisturbed(state.position, state.velocity, acceleration_lvlh))
-        disturbance = np.empty((len(self._offsets), *state.position.shape))
+        disturbance = blank((len(self._offsets), *state.position.shape), state.position)
         for node, offset in enumerate(self._offsets):
             disturbance[node] = total_perturbation(self.perturbations, step, offset)
         return CwState(*self.step.advance(state.position, state.velocity, acceleration_lvlh, disturbance))

@@ -11,6 +11,7 @@ import numpy as np
 from satform.common.angle_text import OR_DEGREES, OR_DEGREES_PER_SECOND
 from satform.common.spec import NonNegative, NonNegativePerAxis, Number, PerAxis, Spec
 from satform.numeric.elementwise import Array, Indices
+from satform.numeric.recorded_arrays import Recorded
 from satform.numeric.seeded_numbers import SeededSigned
 from satform.numeric.stacking import component_major, take
 
@@ -128,6 +129,8 @@ class BoundedNoise:
 
     def acceleration(self, step: int, offset: float) -> Array:
         """The value held over the step, m/s^2, shape (N, 3)."""
+        if isinstance(step, Recorded):
+            return self._largest * self._numbers.at(step)
         if self._held[0] != step:
             self._held = (step, self._largest * self._numbers.at(step))
         return self._held[1]

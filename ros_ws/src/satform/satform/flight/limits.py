@@ -14,7 +14,7 @@ fails any comparison.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -251,7 +251,7 @@ class LimitCheck:
         for group in plant.turning:
             members = group.members.tolist()
             checked += [(*pair, members) for pair in attitude_values(group.measured())]
-        squares = [float(np.vdot(values, values)) for _, values, _ in checked]
+        squares: list[Any] = [np.vdot(values, values) for _, values, _ in checked]
         within = all(
             square <= self._limits[quantity.bound] ** 2
             for square, (quantity, _, _) in zip(squares, checked, strict=True)

@@ -13,6 +13,7 @@ from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.wheels import Turning, Wheels
 from satform.communication.physical_links import Geometry, LinkConditions
 from satform.control.protocol import Motion
+from satform.dynamics.protocol import Dynamics
 from satform.equipment.random_streams import NAVIGATION_STREAM, THRUSTER_STREAM
 from satform.equipment.sensors.protocol import Scene
 from satform.equipment.sensors.relative_motion import NOISE_PER_STEP, Sensor
@@ -21,7 +22,7 @@ from satform.flight.link_geometry import body_axes
 from satform.flight.plans import PlantPlan
 from satform.flight.sensing import Sensing
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array, Indices, joined, norm
+from satform.numeric.elementwise import Array, Indices, blank, joined, norm
 from satform.numeric.seeded_numbers import SeededNormals
 from satform.orbits.frames import LvlhFrame
 
@@ -60,6 +61,11 @@ class Plant:
         """True position in m and velocity in m/s of all satellites in LVLH, shapes (N, 3)."""
         return self._motion
 
+    @property
+    def dynamics(self) -> Dynamics:
+        """The truth model."""
+        return self._dynamics
+
     def earth_distance(self) -> Array:
         """Distance of each satellite from the Earth's centre, m, shape (N,)."""
         distance = self.modelled_earth_distance()
@@ -85,8 +91,8 @@ class Plant:
         """
         distance = self.modelled_earth_distance()
         if distance is not None:
-            return not float(distance.min()) >= radius
-        return bool(self._chief_radius - math.sqrt(square) < radius)
+            return not distance.min() >= radius
+        return bool(self._chief_radius - np.sqrt(square) < radius)
 
     def measured(self) -> Motion:
         """Measured motion of each satellite, shapes (N, 3); the truth where nobody measures.
@@ -167,7 +173,9 @@ class Plant:
 
     def wheel_limits(self) -> Array:
         """Steps so far in which torque and momentum limits took something away, shape (N, 2)."""
-        counted = np.zeros((len(self._motion.position), 2))
+        count = len(self._motion.position)
+        counted = blank((count, 2), *(group.state.torque_saturated_steps for group in self.turning))
+        counted[...] = 0.0
         for group in self.turning:
             counted[group.members, 0] = group.state.torque_saturated_steps
             counted[group.members, 1] = group.state.momentum_saturated_steps

@@ -18,7 +18,7 @@ from satform.flight.plans import FlightPlan
 from satform.navigation.relative_state_filter import Estimator, EstimatorMemory
 from satform.navigation.satellite_navigation import NavigationInput, NavigationMemory, SatelliteNavigation
 from satform.numeric import stacking
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, blank
 from satform.orbits.path_reference import Reference
 
 
@@ -169,8 +169,8 @@ def follow_path(
     if follows_itself:
         message = PhaseMessage(np.full_like(phase, time), phase, rate)
     else:
-        moment = np.empty(phase.shape)
-        moment.fill((state.step + 1) * plan.step)
+        moment = blank(phase.shape, phase)
+        moment[...] = (state.step + 1) * plan.step
         message = PhaseMessage(moment, next_arc_length - plan.phase_offset, next_rate)
     return reference, action, NextPhase(next_arc_length, next_rate, message)
 

@@ -4,6 +4,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from satform.control.protocol import Motion
 from satform.flight.checkpoint import restore, save
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.flight_log import FlightGroup, FlightLog
+from satform.flight.float_steps import FloatSteps
 from satform.flight.limits import LimitCheck, Violation, violation_of
 from satform.flight.online_parameters import OnlineParameters
 from satform.flight.plant import Plant
@@ -32,6 +34,7 @@ from satform.membership.formation import (
     possible_graph,
 )
 from satform.navigation.satellite_navigation import NavigationInput
+from satform.numeric.recorded_arrays import NotRecordableError
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
 from satform.scenario.model import Scenario
@@ -66,14 +69,13 @@ def simulate(
     # What is not finite ends the flight with a sentence; a warning would say the same less well.
     with np.errstate(all="ignore"):
         flight = _Flight(formation, plan, stacked=stacked and not has_individual_events(plan))
-        for step in range(formation.timing.steps):
-            if stop and stop():
-                break
-            flight.step()
+        step, steps = 0, formation.timing.steps
+        while step < steps and not (stop and stop()):
+            step = flight.fly(step, step + 1 if progress or stop else steps)
             if flight.early_end:
                 break
             if progress:
-                progress(step + 1)
+                progress(step)
         return with_chief(flight.finished(), scenario, events)
 
 
@@ -105,18 +107,51 @@ class _Flight:
         self._checkpoints: dict[tuple[int, int], bytes] = {}
         self.groups = self._grouped(stacked=stacked)
         self.log = FlightLog(formation)
+        eventful = {*plan, *(step - 1 for _, step in self._needed)}
+        self._float_steps = FloatSteps(self, formation.timing.steps, eventful)
+
+    def fly(self, step: int, end: int) -> int:
+        """Fly the next step, or all up to another one.
+
+        Args:
+            step: the next one.
+            end: the step after the last one to be flown.
+
+        Returns:
+            The step that comes next; before the end where the flight ends early, or flies on by other means.
+        """
+        flown = self._float_steps.fly(step, end)
+        if flown == step:
+            self._float_steps.settle()
+            self.step()
+            flown += 1
+        return flown
 
     def step(self) -> None:
-        """Fly the next step."""
-        log, plant = self.log, self.plant
-        step = log.step
+        """Fly the next step over arrays."""
         if self._beyond_limits():
             return
+        step = self.log.step
         events = self.plan.get(step, [])
         # The message that a satellite sent for this step is received although it is lost in it.
-        log.announced(self.groups)
+        self.log.announced(self.groups)
         if events:
             self._happen(events, step)
+        self._decide_and_move(step)
+        for group in self.groups:
+            if group.flies:
+                self._save_checkpoint(group)
+
+    def fly_step(self, step: Any) -> None:
+        """The same for a step in which nothing happens and no limit is met, as it is recorded."""
+        if self._beyond_limits():
+            raise NotRecordableError("the flight ends in this step")
+        self.log.announced(self.groups)
+        self._decide_and_move(step)
+
+    def _decide_and_move(self, step: int) -> None:
+        """What all satellites compute in a step, and the plant's motion over it."""
+        log, plant = self.log, self.plant
         motion, attitude = plant.measured(), plant.attitude()
         measured_steps = plant.measured_steps() if log.measures else None
         log.moved(plant, attitude)
@@ -144,7 +179,6 @@ class _Flight:
                 members = np.atleast_1d(group.members)
                 violations.update({int(members[row]): violation for row, violation in found.items()})
             log.decided(row, decision)
-            self._save_checkpoint(group)
         self.early_end, self.flown = self._limits.computed_end(violations, step), step
         if self.early_end:
             return
@@ -161,9 +195,11 @@ class _Flight:
     def _beyond_limits(self) -> bool:
         """Whether the flight ends because of the states of the present step."""
         self.early_end = self._limits.of_plant(self.plant)
+        if self.early_end is None:
+            return False
         # The step that led to states beyond the limits is no part of the flight.
         self.flown = max(0, self.plant.step - 1)
-        return self.early_end is not None
+        return True
 
     def _happen(self, events: list[Event], step: int) -> None:
         self.formation.apply(events, step, self._names)
@@ -220,6 +256,7 @@ class _Flight:
 
     def finished(self) -> FlightRecord:
         """The whole flight, or what was flown of it."""
+        self._float_steps.settle()
         log = self.log
         ends_early = self.early_end is not None or self._beyond_limits()
         if not ends_early or log.step == 0:

@@ -19,6 +19,11 @@ Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 """Indices of rows, or numbers of steps."""
 
+ARCTAN2 = np.frompyfunc(math.atan2, 2, 1)
+"""Arc tangent of two numbers by Python's library, as a function of arrays."""
+
+_PLAIN = (np.ndarray, np.float64, float)
+
 
 def scalar(value: float) -> Array:
     """A number of one satellite, which stacks like an array and computes faster than one of no axes.
@@ -42,10 +47,28 @@ def joined(*components: Array) -> Array:
     Returns:
         Shape (..., n).
     """
-    whole = np.empty((*np.shape(components[0]), len(components)))
+    whole = blank((*np.shape(components[0]), len(components)), *components)
     for column, component in enumerate(components):
         whole[..., column] = component
     return whole
+
+
+def blank(shape: tuple[int, ...], *parts: Array) -> Array:
+    """An array without values yet, of the kind of those that are to be written into it.
+
+    Args:
+        shape: of the array.
+        parts: what is going to be written into it.
+    """
+    for part in parts:
+        if type(part) not in _PLAIN and isinstance(part, np.ndarray):
+            return np.empty_like(part, shape=shape)
+    return np.empty(shape)
+
+
+def numbers(values: Array | float) -> Array:
+    """Numbers as an array, as `numpy.asarray` has them; an array of any kind as it is."""
+    return values if isinstance(values, np.ndarray) else np.asarray(values, dtype=np.float64)
 
 
 def column(values: Array) -> Array:
@@ -106,5 +129,8 @@ def arctan2(y: Array, x: Array) -> Array:
     Returns:
         Angles in rad within [-pi, pi], same shape.
     """
-    flat = [math.atan2(b, a) for b, a in zip(np.ravel(y).tolist(), np.ravel(x).tolist(), strict=True)]
-    return np.asarray(flat, dtype=np.float64).reshape(np.shape(y))
+    if np.shape(y) != np.shape(x):
+        raise ValueError(f"ordinates have the shape {np.shape(y)}, and abscissae {np.shape(x)}")
+    angles = ARCTAN2(y, x)
+    found: Array = angles.astype(np.float64) if isinstance(angles, np.ndarray) else np.asarray(angles)
+    return found

@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from satform.numeric.elementwise import Array, Indices
+from satform.numeric.recorded_arrays import Recorded
 
 _BLOCK = 256
 """Steps whose numbers come from one generator."""
@@ -49,6 +50,8 @@ class SeededNormals:
 
     def at(self, step: int) -> Array:
         """The numbers of one step, shape (M, width)."""
+        if isinstance(step, Recorded):
+            return step.called(self.at)
         part, row = divmod(step, self._part_steps)
         if part != self._part:
             self._draw(part)

@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from satform.numeric.elementwise import Array
+from satform.numeric.elementwise import Array, numbers
 
 
 @dataclass(frozen=True)
@@ -85,11 +85,11 @@ class FixedPoint:
 
     def angle_at(self, arc_length: Array) -> Array:
         """The arc length itself, shape (...)."""
-        return np.asarray(arc_length, dtype=np.float64)
+        return numbers(arc_length)
 
     def arc_length_at(self, angle: Array) -> Array:
         """The angle itself, shape (...)."""
-        return np.asarray(angle, dtype=np.float64)
+        return numbers(angle)
 
     def point(self, angle: Array) -> CurvePoint:
         """The point, with zero vectors for the frame that it does not have."""

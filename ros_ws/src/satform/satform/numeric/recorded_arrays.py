@@ -1,0 +1,415 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Arrays that record the element-wise operations on them, number by number.
+
+A formula that is written over arrays is called once with recorded arrays, and leaves the list of the
+operations on single numbers that it consists of: a `Recording`, from which `straight_line` makes a program on
+floats. The formula stays the only one there is. A number that decides a branch is recorded as a condition,
+under which alone the recording holds. What depends on the numbers in any other way raises
+`NotRecordableError`.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from satform.numeric.elementwise import ARCTAN2, Array
+
+
+class NotRecordableError(Exception):
+    """A computation is not a list of element-wise operations, so it is not recorded."""
+
+
+WHERE = "where"
+INPUT = "input"
+CALL = "call"
+PART = "part"
+FLOAT = "float"
+BOUND = "bound"
+
+_SLACK = 1.0 + 1e-12
+"""By which a sum of squares is larger in a comparison, so that the order of its terms cannot matter."""
+
+
+class Number:
+    """A number of a recording.
+
+    Attributes:
+        recording: that it belongs to.
+        index: of the operation that gives it.
+        value: that it has in the step that is recorded.
+    """
+
+    __slots__ = ("index", "recording", "value")
+
+    def __init__(self, recording: "Recording", index: int, value: Any) -> None:
+        self.recording = recording
+        self.index = index
+        self.value = value
+
+    def __bool__(self) -> bool:
+        return self.recording.decide(self)
+
+    def __float__(self) -> float:
+        raise NotRecordableError("a number of it is asked for as a float")
+
+    def __int__(self) -> int:
+        raise NotRecordableError("a number of it is asked for as an integer")
+
+    def __index__(self) -> int:
+        raise NotRecordableError("a number of it is used as an index")
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One operation on numbers.
+
+    Attributes:
+        kind: a numpy or scipy function, or one of the names above.
+        arguments: indices of operations (as `Number`), or constants.
+    """
+
+    kind: Any
+    arguments: tuple[Any, ...]
+
+
+@dataclass
+class Recording:
+    """Operations in the order in which they are done.
+
+    Attributes:
+        operations: each gives one number; a `call` gives several, which `part` picks.
+        conditions: index of a number, whether it has to be true, and how many operations come before.
+        calls: functions of a whole number, such as that of a step, which are called as they are.
+    """
+
+    operations: list[Operation] = field(default_factory=list)
+    conditions: list[tuple[Number, bool, int]] = field(default_factory=list)
+    calls: list[Callable[[int], Array]] = field(default_factory=list)
+    _known: dict[Any, Any] = field(default_factory=dict)
+
+    def input(self, value: Any) -> Number:
+        """A number that is given to the program, with its value in the step that is recorded."""
+        return self._new(Operation(INPUT, (len(self.operations),)), value)
+
+    def inputs(self, values: Array) -> "Recorded":
+        """Numbers that are given to the program, in the shape of an array."""
+        return recorded([self.input(value) for value in np.ravel(values).tolist()], np.shape(values))
+
+    def decide(self, number: Number) -> bool:
+        """Record that the recording holds only where a number decides as it does now."""
+        decided = bool(number.value)
+        self.conditions.append((number, decided, len(self.operations)))
+        return decided
+
+    def call(self, function: Callable[[int], Array], argument: "Recorded") -> "Recorded":
+        """What a function of a whole number gives, an array of a fixed shape; it is called as it is.
+
+        Args:
+            function: of a number of Python, without side effects that matter.
+            argument: recorded, shape ().
+        """
+        number = _single(argument)
+        key = (
+            CALL,
+            getattr(function, "__self__", None),
+            getattr(function, "__func__", function),
+            number.index,
+        )
+        values = np.asarray(function(number.value))
+        if key not in self._known:
+            self.calls.append(function)
+            self._known[key] = self._new(Operation(CALL, (len(self.calls) - 1, values.size, number)), 0.0)
+        whole = self._known[key]
+        parts = [
+            self._once(PART, (whole, position), value)
+            for position, value in enumerate(values.ravel().tolist())
+        ]
+        return recorded(parts, values.shape)
+
+    def operate(self, kind: Any, arguments: Sequence[Any]) -> Any:
+        """Record an operation; one on constants is done at once.
+
+        Args:
+            kind: as in `Operation`.
+            arguments: numbers of this recording, or constants.
+
+        Returns:
+            A number, or a constant.
+        """
+        if kind == FLOAT and all(isinstance(getattr(item, "value", item), float) for item in arguments):
+            return arguments[0]
+        values = [item.value if type(item) is Number else item for item in arguments]
+        value = _result(kind, values)
+        if not any(type(item) is Number for item in arguments):
+            return value
+        return self._once(kind, tuple(arguments), value)
+
+    def _once(self, kind: Any, arguments: tuple[Any, ...], value: Any) -> Number:
+        """The number of an operation that has been recorded before, or is now."""
+        key = (
+            kind,
+            *(item.index if type(item) is Number else (type(item), repr(item)) for item in arguments),
+        )
+        if key not in self._known:
+            self._known[key] = self._new(Operation(kind, arguments), value)
+        number: Number = self._known[key]
+        return number
+
+    def _new(self, operation: Operation, value: Any) -> Number:
+        self.operations.append(operation)
+        return Number(self, len(self.operations) - 1, value)
+
+
+def _changing(function: np.ufunc) -> Callable[[Any, Any], Any]:
+    def changed(values: Any, other: Any) -> Any:
+        return function(values, other) if values.ndim == 0 else function(values, other, out=(values,))
+
+    return changed
+
+
+class Recorded(np.ndarray[Any, Any]):
+    """An array of numbers of a recording and constants; its operations are recorded."""
+
+    def __array_ufunc__(
+        self, ufunc: np.ufunc, method: str, *inputs: Any, out: tuple[Any, ...] | None = None, **options: Any
+    ) -> Any:
+        if method == "__call__" and out is not None and set(options) == {"where"}:
+            result = _where(options["where"], _elementwise(ufunc, inputs), out[0])
+        elif method == "__call__" and not options and ufunc.nout == 1 and ufunc.signature is None:
+            result = _elementwise(_LOGICAL.get(ufunc, ufunc), inputs)
+        elif method == "accumulate" and ufunc is np.add:
+            result = _accumulated(inputs[0], options.get("axis", 0))
+        elif method == "reduce" and ufunc in _ASSOCIATIVE:
+            result = _reduced(ufunc, inputs[0], options.get("axis", 0))
+        else:
+            raise NotRecordableError(f"numpy.{ufunc.__name__} in the form {method} is not recorded")
+        if out is None:
+            return result
+        if not isinstance(out[0], Recorded):
+            raise NotRecordableError("a recorded result is written into an array that is not recorded")
+        out[0].view(np.ndarray)[...] = result.view(np.ndarray)
+        return out[0]
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if func in _FUNCTIONS:
+            return _FUNCTIONS[func](*args, **kwargs)
+        if func in _MOVING:
+            moved = func(*_plain(args), **kwargs)
+            return moved.view(Recorded) if isinstance(moved, np.ndarray) else moved
+        raise NotRecordableError(f"numpy.{func.__name__} is not recorded")
+
+    def __getitem__(self, key: Any) -> Any:
+        if _has_recorded(key):
+            raise NotRecordableError("a recorded number is used as an index")
+        found = self.view(np.ndarray)[key]
+        return found.view(Recorded) if isinstance(found, np.ndarray) else recorded([found], ())
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        if _has_recorded(key):
+            raise NotRecordableError("a recorded number is used as an index")
+        if isinstance(value, Recorded):
+            value = value.view(np.ndarray) if value.ndim else _element(value)
+        self.view(np.ndarray)[key] = value
+
+    def __bool__(self) -> bool:
+        return bool(_element(self))
+
+    def called(self, function: Callable[[int], Array]) -> "Recorded":
+        """What a function of this whole number gives; see `Recording.call`."""
+        return _single(self).recording.call(function, self)
+
+    def all(self, *args: Any, **options: Any) -> Any:
+        """Whether all are true, over an axis or the whole array."""
+        return _reduced(np.logical_and, self, _axis(args, options))
+
+    def any(self, *args: Any, **options: Any) -> Any:
+        """Whether one is true, over an axis or the whole array."""
+        return _reduced(np.logical_or, self, _axis(args, options))
+
+    def min(self, *args: Any, **options: Any) -> Any:
+        """The smallest, over an axis or the whole array."""
+        return _reduced(np.minimum, self, _axis(args, options))
+
+    def max(self, *args: Any, **options: Any) -> Any:
+        """The largest, over an axis or the whole array."""
+        return _reduced(np.maximum, self, _axis(args, options))
+
+    def _as_floats(self, dtype: Any, **_: Any) -> Any:
+        if np.dtype(dtype) != np.float64:
+            raise NotRecordableError(f"numbers are changed to {dtype}")
+        return _elementwise(FLOAT, (self,))
+
+    def _not_recorded(self, *_: Any, **__: Any) -> Any:
+        raise NotRecordableError("a method that is not recorded is asked for")
+
+    astype: Any = _as_floats
+    # A single number is a new one after `+=`, as a float of Python is.
+    __iadd__: Any = _changing(np.add)
+    __isub__: Any = _changing(np.subtract)
+    __imul__: Any = _changing(np.multiply)
+    __itruediv__: Any = _changing(np.true_divide)
+    sum = prod = mean = std = var = dot = cumsum = argmin = argmax = argsort = sort = round = _not_recorded
+    clip = tolist = item = tobytes = searchsorted = nonzero = _not_recorded
+    __float__ = __int__ = __index__ = _not_recorded
+
+
+def recorded(numbers: Sequence[Any], shape: tuple[int, ...]) -> Recorded:
+    """An array of numbers of a recording or constants.
+
+    Args:
+        numbers: all of them, the last axis fastest.
+        shape: of the array.
+    """
+    flat = np.empty(len(numbers), dtype=object)
+    for index, number in enumerate(numbers):
+        flat[index] = number
+    return flat.reshape(shape).view(Recorded)
+
+
+def elements(values: Any) -> list[Any]:
+    """Numbers and constants of an array, the last axis fastest."""
+    return [item if type(item) is Number else _number(item) for item in np.asarray(values).ravel().tolist()]
+
+
+def _number(item: Any) -> Any:
+    """An element of an array as a number or a constant of Python."""
+    if isinstance(item, Recorded):
+        return _element(item)
+    return item.item() if isinstance(item, np.generic) else item
+
+
+def _element(values: Any) -> Any:
+    if values.size != 1:
+        raise NotRecordableError("an array decides a branch")
+    return elements(values)[0]
+
+
+def _single(values: Recorded) -> Number:
+    number = _element(values)
+    if type(number) is not Number:
+        raise NotRecordableError("a constant is given to a call")
+    return number
+
+
+def _recording_of(flat: Sequence[list[Any]]) -> Recording | None:
+    for values in flat:
+        for value in values:
+            if type(value) is Number:
+                return value.recording
+    return None
+
+
+def _elementwise(kind: Any, inputs: Sequence[Any]) -> Recorded:
+    arrays = np.broadcast_arrays(*(np.asarray(item) for item in _plain(inputs)))
+    flat = [elements(array) for array in arrays]
+    recording = _recording_of(flat) or Recording()
+    return recorded([recording.operate(kind, own) for own in zip(*flat, strict=True)], arrays[0].shape)
+
+
+def _accumulated(values: Any, axis: int) -> Recorded:
+    rows = np.moveaxis(np.asarray(values), axis, 0)
+    sums = [rows[0].view(Recorded)] if isinstance(rows[0], np.ndarray) else [recorded([rows[0]], ())]
+    for row in rows[1:]:
+        sums.append(_elementwise(np.add, (sums[-1], row)))
+    return np.moveaxis(np.stack([part.view(np.ndarray) for part in sums]), 0, axis).view(Recorded)
+
+
+def _reduced(kind: Any, values: Any, axis: Any, *, keepdims: bool = False) -> Any:
+    plain = np.asarray(values)
+    rows = np.moveaxis(plain, axis, 0) if axis is not None else plain.ravel()
+    total: Any = rows[0]
+    for row in rows[1:]:
+        total = _elementwise(_LOGICAL.get(kind, kind), (total, row))
+    if keepdims:
+        shape = [1] * plain.ndim if axis is None else [*plain.shape]
+        if axis is not None:
+            shape[axis] = 1
+        total = np.reshape(np.asarray(total), shape)
+    return total.view(Recorded) if isinstance(total, np.ndarray) else recorded([total], ())
+
+
+def _where(condition: Any, first: Any, second: Any) -> Recorded:
+    return _elementwise(WHERE, (condition, first, second))
+
+
+def _squared_length(first: Any, second: Any) -> Recorded:
+    """An upper bound of the scalar product of an array with itself, only to be compared with a limit."""
+    if first is not second:
+        raise NotRecordableError("numpy.vdot of different arrays is not recorded")
+    squares = elements(_elementwise(np.multiply, (first, first)))
+    total: Any = 0.0
+    recording = _recording_of([squares]) or Recording()
+    for square in squares:
+        total = recording.operate(np.add, (total, square))
+    return recorded([recording.operate(BOUND, (total, _SLACK))], ())
+
+
+def _like(fill: float | None) -> Callable[..., Recorded]:
+    def made(values: Any, *values_of_all: Any, shape: Any = None, **_: Any) -> Recorded:
+        whole = np.empty(np.shape(values) if shape is None else shape, dtype=object)
+        value = values_of_all[0] if fill is None else fill
+        whole[...] = np.asarray(value) if isinstance(value, Recorded) else value
+        return whole.view(Recorded)
+
+    return made
+
+
+def _result(kind: Any, values: Sequence[Any]) -> Any:
+    """The value of an operation."""
+    match kind:
+        case "where":
+            return values[1] if values[0] else values[2]
+        case "float":
+            return float(values[0])
+        case "bound":
+            return values[0] * values[1]
+        case _ if kind is ARCTAN2:
+            return kind(*values)
+        case _:
+            with np.errstate(all="ignore"):
+                return kind(*values).item()
+
+
+def _has_recorded(key: Any) -> bool:
+    return isinstance(key, Recorded) or (isinstance(key, tuple) and any(isinstance(k, Recorded) for k in key))
+
+
+def _plain(arguments: Any) -> Any:
+    if isinstance(arguments, Recorded):
+        return arguments.view(np.ndarray)
+    if isinstance(arguments, tuple | list):
+        return type(arguments)(_plain(item) for item in arguments)
+    return arguments
+
+
+def _axis(arguments: Any, options: Any) -> Any:
+    return arguments[0] if arguments else options.get("axis")
+
+
+_LOGICAL = {np.bitwise_and: np.logical_and, np.bitwise_or: np.logical_or, np.invert: np.logical_not}
+_ASSOCIATIVE = (np.logical_and, np.logical_or, np.minimum, np.maximum)
+
+_FUNCTIONS: dict[Any, Callable[..., Any]] = {
+    np.where: _where,
+    np.vdot: _squared_length,
+    np.zeros_like: _like(0.0),
+    np.empty_like: _like(np.nan),
+    np.ones_like: _like(1.0),
+    np.full_like: _like(None),
+    np.all: lambda values, axis=None: _reduced(np.logical_and, values, axis),
+    np.any: lambda values, axis=None: _reduced(np.logical_or, values, axis),
+    np.min: lambda values, axis=None, **options: _reduced(np.minimum, values, axis, **options),
+    np.max: lambda values, axis=None, **options: _reduced(np.maximum, values, axis, **options),
+    np.shape: lambda values: values.shape,
+    np.ndim: lambda values: values.ndim,
+    np.size: lambda values: values.size,
+}
+
+_MOVING = {
+    np.stack, np.concatenate, np.moveaxis, np.swapaxes, np.reshape, np.ravel, np.broadcast_to, np.expand_dims,
+    np.transpose, np.take, np.atleast_1d, np.atleast_2d, np.copy, np.squeeze, np.tile, np.repeat, np.roll,
+    np.vstack, np.hstack,
+}  # fmt: skip
