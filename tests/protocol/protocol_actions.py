@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from protocol_processes import COMMAND, PHASE, STATE, PlantProcess
-from protocol_transitions import Action, Channel, Rest, State, Transitions
+from protocol_transitions import Action, Channel, Rest, State, Transitions, ViolationError
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import FormationStatus
 
@@ -37,14 +37,14 @@ class Actions(Transitions):
         """
         _, _, network, held, rest = self._parts(state)
         for item in held:
-            who, given = self._input(self.channels[item[0]], item[1])
+            who, given = self._input(state, network, rest, self.channels[item[0]], item[1])
             if self._changes_nothing(state, who, self.channels[item[0]][0], given):
                 return [("release", item)]
         for place, messages in enumerate(network):
             channel = self.channels[place]
             if not messages or channel[0] in ("lost", "ready"):
                 continue
-            who, given = self._input(channel, messages[0])
+            who, given = self._input(state, network, rest, channel, messages[0])
             if self._changes_nothing(state, who, channel[0], given):
                 return [("deliver", place)]
             if self._only_stores(state, who, channel, given):
@@ -63,13 +63,15 @@ class Actions(Transitions):
         """Whether a receiver stores a message and does nothing else, whatever else may happen before."""
         _, satellites, network, _, rest = self._parts(state)
         before = state[0] if who == "plant" else state[1 + int(who)]
-        after, events, why = self._react(before, given)
-        if events or why or after == before:
+        try:
+            after, events, why = self._react(before, given)
+            if events or why or after == before or not self._commutes(state, who, before, given):
+                return False
+        except ViolationError:
+            # It is found where this order is followed.
             return False
         kind, *ends = channel
         if kind in ("announcement", "command") and self._may_be_dropped(ends[0], satellites, rest):
-            return False
-        if not self._commutes(state, who, before, given):
             return False
         return kind != "command" or (
             satellites[ends[0]] >= 0 and not self._is_reported_lost(ends[0], network)
@@ -77,10 +79,10 @@ class Actions(Transitions):
 
     def _commutes(self, state: State, who: str | int, process: int, given: tuple[Any, ...]) -> bool:
         """Whether a message may come before and after each other one that is on its way to its receiver."""
-        _, _, network, held, _ = self._parts(state)
+        _, _, network, held, rest = self._parts(state)
         others = [(place, messages[0]) for place, messages in enumerate(network) if messages]
         for place, number in (*others, *held):
-            receiver, other = self._input(self.channels[place], number)
+            receiver, other = self._input(state, network, rest, self.channels[place], number)
             if receiver != who or other == given:
                 continue
             if self._both(process, given, other) != self._both(process, other, given):

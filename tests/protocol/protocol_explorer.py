@@ -18,6 +18,9 @@ from protocol_transitions import Action, Channel, State, ViolationError
 CALM = frozenset({"deliver", "release", "resume", "idle", "timeout"})
 """Kinds of actions that are no disturbance."""
 
+STUCK = "the flight does not go on, though nothing disturbs it any more"
+"""What does not hold where no sequence of deliveries leads to the end."""
+
 DISTURBED = 0.05
 """Probability with which a random walk is disturbed where it can be."""
 
@@ -34,6 +37,8 @@ class Outcome:
         violation: what does not hold; empty when all does.
         history: actions from the start to the violation.
         complete: whether every reachable state was visited.
+        frontier: largest number of states that were still to be followed at once, in a compiled search.
+        depth: largest number of actions from the start to a state, likewise.
     """
 
     states: int = 0
@@ -43,6 +48,8 @@ class Outcome:
     violation: str = ""
     history: list[str] = field(default_factory=list)
     complete: bool = True
+    frontier: int = 0
+    depth: int = 0
 
 
 class Explorer(Actions):
@@ -88,7 +95,7 @@ class Explorer(Actions):
                 break
         stuck = None if outcome.violation or not outcome.complete else self._stuck(parents, calm)
         if stuck is not None:
-            outcome.violation = "the flight does not go on, though nothing disturbs it any more"
+            outcome.violation = STUCK
             outcome.history = self._history(parents, stuck)
         outcome.states, outcome.reactions = len(parents), len(self._reactions)
         return outcome

@@ -5,7 +5,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from protocol_processes import SatelliteProcess
+from protocol_processes import PlantProcess, SatelliteProcess
 
 from satform.membership.formation import SatelliteLost, SatelliteRejoined, TopologyChanged
 from satform.membership.membership_manager import Loss, MembershipManager
@@ -270,6 +270,11 @@ def _waits_for_lost() -> list[Patch]:
 @mutation("a neighbour does not accept the new process of a satellite")
 def _no_replacement() -> list[Patch]:
     return [(SatelliteProcess, "allow_replacement", lambda _self, _lost: None)]
+
+
+@mutation("the plant reads the end of a former process after the offer of the present one")
+def _read_late() -> list[Patch]:
+    return [(PlantProcess, "read_loss_reports", lambda _self: None)]
 
 
 @mutation("a satellite flies on though it is lost")

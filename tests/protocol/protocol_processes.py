@@ -36,8 +36,8 @@ from satform_nodes.satellite.publishers import SatellitePublishers
 from satform_nodes.transport.cdr_codec import layout
 
 Event = tuple[Any, ...]
-"""What a process has done: `("publish", kind, satellite, data)`, `("ready", checkpoint)`, `("acted", step)`,
-`("ended", why)`."""
+"""What a process has done: `("publish", topic, data)`, `("ready", checkpoint)`, `("acted", step)`,
+`("taken", step)`, `("reports read",)`, `("ended", why)`."""
 
 COMMAND = layout(Command, topic_table.FRAME)
 STATE = layout(RelativeState, topic_table.FRAME)
@@ -119,7 +119,7 @@ class PlantProcess:
         )
         self.command_writers = [AuthorisedWriters([name]) for name in plan.names]
         self.ready_writers = AuthorisedWriters(plan.names)
-        self.applied: list[bytes] = []
+        self._reports: tuple[int, ...] = ()
 
     def handle(self, kind: str, *details: Any) -> None:
         """Do what follows from something that happens to this process."""
@@ -143,15 +143,32 @@ class PlantProcess:
             self.publish_status(phase, "" if steps.finished else "ended")
             steps.flying = False
 
-    def _handle_satellite(self, kind: str, satellite: int, writer: bytes = b"", content: Any = None) -> None:
-        """Do what follows from a message of a satellite, or from its end."""
+    def _handle_satellite(
+        self,
+        kind: str,
+        satellite: int,
+        writer: bytes = b"",
+        content: Any = None,
+        reports: tuple[int, ...] = (),
+    ) -> None:
+        """Do what follows from a message of a satellite, or from its end.
+
+        Args:
+            kind: of what happens.
+            satellite: its index.
+            writer: that has published the message; of a report, that of the present process if there is one.
+            content: of the message.
+            reports: satellites of which the supervisor has reported ends of processes that are not yet read.
+        """
         name, steps = self._names[satellite], self.steps
         if kind in ("lost", "silent"):
             steps.lose([name], "its process has ended" if kind == "lost" else "no answer")
         elif kind == "command" and accepted(self.command_writers[satellite], writer, name):
             steps.take_command(satellite, content)
         elif kind == "ready" and accepted(self.ready_writers, writer, name):
+            self._reports = reports
             steps.note_ready(name, content)
+            self._reports = ()
 
     # What the steps ask for
 
@@ -189,6 +206,13 @@ class PlantProcess:
 
     def recorder_lost(self, reason: str) -> None:
         """No recorder."""
+
+    def read_loss_reports(self) -> None:
+        """Read what the supervisor has reported."""
+        reports, self._reports = self._reports, ()
+        self.events.append(("reports read",))
+        for satellite in reports:
+            self._handle_satellite("lost", satellite)
 
 
 class Checkpoint:

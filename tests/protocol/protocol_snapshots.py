@@ -10,8 +10,8 @@ import enum
 import hashlib
 import types
 from array import array
-from collections import Counter, deque
-from collections.abc import Iterable
+from collections import deque
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -53,59 +53,99 @@ UNSEEN = {
 ready before the flight, and why a writer was rejected (its next message is rejected for the same reason)."""
 
 
-def _is_shared(value: Any) -> bool:
-    return (
-        isinstance(value, _SHARED)
-        or _is_message(value)
-        or (
-            dataclasses.is_dataclass(value) and type(value).__dataclass_params__.frozen  # type: ignore[attr-defined]
-        )
-    )
+def _is_message(kind: type) -> bool:
+    """Whether it is a kind of message of rosidl; one is made anew for each that is published."""
+    return hasattr(kind, "get_fields_and_field_types")
 
 
-def _is_message(value: Any) -> bool:
-    """Whether it is a message of rosidl; one is made anew for each that is published."""
-    return hasattr(type(value), "get_fields_and_field_types")
+def _is_frozen(kind: type) -> bool:
+    return dataclasses.is_dataclass(kind) and kind.__dataclass_params__.frozen  # type: ignore[attr-defined]
 
 
-def clone(value: Any, memo: dict[int, Any] | None = None) -> Any:
+_Memo = dict[int, Any]
+_Copy = Callable[[Any, _Memo], Any]
+
+_COPIES: dict[type, _Copy] = {}
+"""How objects of a class are copied, filled in as they are met."""
+
+
+def clone(value: Any, memo: _Memo | None = None) -> Any:
     """A copy that shares nothing that can change."""
     memo = {} if memo is None else memo
-    if isinstance(value, _ATOMIC) or _is_shared(value):
-        return value
-    known = memo.get(id(value))
-    if known is not None:
-        return known
-    copy = memo[id(value)] = _empty_copy(value, memo)
-    if isinstance(value, list | deque):
-        copy.extend(clone(item, memo) for item in value)
-    elif isinstance(value, dict):
-        for key, item in value.items():
-            copy[key] = clone(item, memo)
-    elif hasattr(value, "__dict__") and not isinstance(value, types.MethodType):
-        for key, item in vars(value).items():
-            copy.__dict__[key] = clone(item, memo)
+    kind = type(value)
+    copy = _COPIES.get(kind)
+    if copy is None:
+        copy = _COPIES[kind] = _copy_of(kind)
+    return copy(value, memo)
+
+
+def _copy_of(kind: type) -> _Copy:
+    """How objects of a class are copied."""
+    if issubclass(kind, (*_ATOMIC, *_SHARED)) or _is_message(kind) or _is_frozen(kind):
+        return _same
+    if issubclass(kind, np.ndarray):
+        return lambda value, memo: (
+            memo.get(id(value)) if id(value) in memo else _noted(value, value.copy(), memo)
+        )
+    known: tuple[tuple[type, _Copy], ...] = (
+        (tuple, lambda value, memo: tuple([clone(item, memo) for item in value])),
+        (set, lambda value, memo: _noted(value, set(value), memo)),
+        (types.MethodType, lambda value, memo: types.MethodType(value.__func__, clone(value.__self__, memo))),
+        (deque, _copy_items),
+        (list, _copy_items),
+        (dict, _copy_mapping),
+    )
+    for base, copy in known:
+        if issubclass(kind, base):
+            return copy
+    return _copy_object
+
+
+def _same(value: Any, _memo: _Memo) -> Any:
+    return value
+
+
+def _noted(value: Any, copy: Any, memo: _Memo) -> Any:
+    memo[id(value)] = copy
     return copy
 
 
-def _empty_copy(value: Any, memo: dict[int, Any]) -> Any:
-    """A copy of which the members are still to be filled in, where it has members that can refer to it."""
-    kind = type(value)
-    if isinstance(value, np.ndarray):
-        return value.copy()
-    if isinstance(value, tuple):
-        return tuple(clone(item, memo) for item in value)
-    if isinstance(value, set):
-        return set(value)
-    if isinstance(value, deque):
-        return deque(maxlen=value.maxlen)
-    if isinstance(value, types.MethodType):
-        return types.MethodType(value.__func__, clone(value.__self__, memo))
-    if kind in (list, dict, Counter):
-        return kind()
+def _copy_items(value: Any, memo: _Memo) -> Any:
+    known = memo.get(id(value))
+    if known is not None:
+        return known
+    copy = _noted(value, deque(maxlen=value.maxlen) if isinstance(value, deque) else [], memo)
+    copy.extend([clone(item, memo) for item in value])
+    return copy
+
+
+def _copy_mapping(value: Any, memo: _Memo) -> Any:
+    known = memo.get(id(value))
+    if known is not None:
+        return known
+    copy = _noted(value, type(value)(), memo)
+    for key, item in value.items():
+        copy[key] = clone(item, memo)
+    return copy
+
+
+def _copy_object(value: Any, memo: _Memo) -> Any:
+    known = memo.get(id(value))
+    if known is not None:
+        return known
     if not hasattr(value, "__dict__"):
-        raise TypeError(f"cannot copy a {kind.__name__}")
-    return object.__new__(kind)
+        raise TypeError(f"cannot copy a {type(value).__name__}")
+    copy = _noted(value, object.__new__(type(value)), memo)
+    members = copy.__dict__
+    for key, item in value.__dict__.items():
+        members[key] = clone(item, memo)
+    return copy
+
+
+_Collect = Callable[[Any, list[bytes], dict[int, int]], None]
+
+_COLLECTS: dict[type, _Collect] = {}
+"""How objects of a class take part in a digest, filled in as they are met."""
 
 
 def digest(value: Any) -> bytes:
@@ -116,55 +156,85 @@ def digest(value: Any) -> bytes:
 
 
 def _collect(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
-    if isinstance(value, bytes):
-        parts.append(value)
-    elif isinstance(value, enum.Enum | int | float | str | bool | type(None) | np.generic | range | type):
-        parts.append(repr(value).encode())
-    elif isinstance(value, np.ndarray | array):
-        parts.append(value.tobytes())
-    elif isinstance(value, _SHARED):
-        parts.append(b"shared")
-    elif _is_message(value):
-        parts.append(_of_frozen(value, value.get_fields_and_field_types()))
-    elif id(value) in seen:
-        parts.append(b"again %d" % seen[id(value)])
-    else:
+    kind = type(value)
+    collect = _COLLECTS.get(kind)
+    if collect is None:
+        collect = _COLLECTS[kind] = _collect_of(kind)
+    collect(value, parts, seen)
+
+
+def _collect_of(kind: type) -> _Collect:
+    """How objects of a class take part in a digest."""
+    plain = (enum.Enum, int, float, str, bool, type(None), np.generic, range, type)
+    known: tuple[tuple[tuple[type, ...], _Collect], ...] = (
+        ((bytes,), lambda value, parts, _: parts.append(value)),
+        (plain, lambda value, parts, _: parts.append(repr(value).encode())),
+        ((np.ndarray, array), lambda value, parts, _: parts.append(value.tobytes())),
+        (_SHARED, lambda _value, parts, _: parts.append(b"shared")),
+        ((set, frozenset), _collect_set),
+        ((dict,), _once(_collect_mapping)),
+        ((list, tuple, deque), _once(_collect_items)),
+        ((types.MethodType,), lambda value, parts, _: parts.append(value.__func__.__name__.encode())),
+    )
+    for bases, collect in known:
+        if issubclass(kind, bases):
+            return collect
+    if _is_message(kind):
+        names = tuple(kind.get_fields_and_field_types())  # type: ignore[attr-defined]
+        return lambda value, parts, _: parts.append(_of_frozen(value, names))
+    if _is_frozen(kind):
+        fields = tuple(field.name for field in dataclasses.fields(kind))
+        return lambda value, parts, _: parts.append(_of_frozen(value, fields))
+    return _once(_attributes_of(kind))
+
+
+def _once(collect: _Collect) -> _Collect:
+    """Has an object that is met again stand as the one that was met before."""
+
+    def collect_once(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
+        known = seen.get(id(value))
+        if known is not None:
+            parts.append(b"again %d" % known)
+            return
         seen[id(value)] = len(seen)
-        _collect_members(value, parts, seen)
+        collect(value, parts, seen)
+
+    return collect_once
 
 
-def _collect_members(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
-    if isinstance(value, dict):
-        for key, item in sorted(value.items(), key=lambda item: repr(item[0])):
-            parts.append(repr(key).encode())
-            _collect(item, parts, seen)
-    elif isinstance(value, set | frozenset):
-        parts.extend(repr(item).encode() for item in sorted(value, key=repr))
-    elif isinstance(value, list | tuple | deque):
-        parts.append(b"[%d" % len(value))
-        for item in value:
-            _collect(item, parts, seen)
-    elif isinstance(value, types.MethodType):
-        parts.append(value.__func__.__name__.encode())
-    elif dataclasses.is_dataclass(value) and not _may_change(value):
-        parts.append(_of_frozen(value, [field.name for field in dataclasses.fields(value)]))
-    else:
-        _collect_attributes(value, parts, seen)
+def _collect_set(value: Any, parts: list[bytes], _seen: dict[int, int]) -> None:
+    parts.append(b"{%d" % len(value))
+    parts.extend(repr(item).encode() for item in sorted(value, key=repr))
 
 
-def _collect_attributes(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
-    if not hasattr(value, "__dict__"):
-        raise TypeError(f"cannot make a digest of a {type(value).__name__}")
-    unseen = UNSEEN.get(type(value), set())
-    parts.append(type(value).__name__.encode())
-    for key, item in vars(value).items():
-        if key not in unseen:
-            parts.append(key.encode())
-            _collect(item, parts, seen)
+def _collect_mapping(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
+    parts.append(b"{%d" % len(value))
+    for key, item in sorted(value.items(), key=lambda item: repr(item[0])):
+        parts.append(repr(key).encode())
+        _collect(item, parts, seen)
 
 
-def _may_change(value: Any) -> bool:
-    return not type(value).__dataclass_params__.frozen
+def _collect_items(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
+    parts.append(b"[%d" % len(value))
+    for item in value:
+        _collect(item, parts, seen)
+
+
+def _attributes_of(kind: type) -> _Collect:
+    unseen = UNSEEN.get(kind, set())
+    name = kind.__name__.encode()
+    encoded: dict[str, bytes] = {}
+
+    def collect(value: Any, parts: list[bytes], seen: dict[int, int]) -> None:
+        if not hasattr(value, "__dict__"):
+            raise TypeError(f"cannot make a digest of a {kind.__name__}")
+        parts.append(name)
+        for key, item in value.__dict__.items():
+            if key not in unseen:
+                parts.append(encoded.get(key) or encoded.setdefault(key, key.encode()))
+                _collect(item, parts, seen)
+
+    return collect
 
 
 _FROZEN: dict[int, tuple[Any, bytes]] = {}

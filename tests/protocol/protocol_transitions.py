@@ -7,6 +7,7 @@ reaction of a process to an input is computed by the process itself, once for ea
 input, and remembered.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -36,7 +37,7 @@ State = tuple[int, ...]
 
 ALL_FAULTS = ("delay", "duplicate", "kill", "silent", "graph", "pause", "step")
 
-_KINDS = ("lost", "status", "ready", "state", "announcement", "command")
+KINDS = ("lost", "status", "ready", "state", "announcement", "command")
 """Kinds of channels in the order in which a flight that nothing disturbs delivers their messages."""
 
 
@@ -132,7 +133,7 @@ class Transitions:
             found += [(kind, index) for index in everyone]
         found += [("announcement", one, other) for one in everyone for other in everyone if one != other]
         found += [("command", index) for index in everyone]
-        return sorted(found, key=lambda channel: (_KINDS.index(channel[0]), channel[1:]))
+        return sorted(found, key=lambda channel: (KINDS.index(channel[0]), channel[1:]))
 
     def _other_graph(self) -> TopologyChanged:
         """The graph that the disturbance `graph` sets: a line in one direction."""
@@ -168,6 +169,8 @@ class Transitions:
         events = tuple(one.events)
         one.events.clear()
         if isinstance(one, PlantProcess):
+            if given[0] == "lost":
+                self._check_report(self._objects[process], one, *given[1:])
             self._check_plant(one, events)
         else:
             events = tuple(
@@ -192,6 +195,18 @@ class Transitions:
         for event in events:
             if event[0] == "taken":
                 self._check_step(plant, event[1])
+
+    def _check_report(self, before: PlantProcess, after: PlantProcess, satellite: int, writer: bytes) -> None:
+        """The end of a former process counts neither against the present one nor against its offer."""
+        if before.ready_writers.name_of(writer) is None:
+            return
+        was, now = before.membership, after.membership
+        alive = bool(was.formation.alive[satellite]) and satellite not in was.about_to_be_lost
+        still = bool(now.formation.alive[satellite]) and satellite not in now.about_to_be_lost
+        offered = satellite in was._returning
+        if (alive and not still) or (offered and not still and satellite not in now._returning):
+            name = self.plan.names[satellite]
+            raise ViolationError(f"the end of a former process of {name} counts against the present one")
 
     def _check_step(self, plant: PlantProcess, step: int) -> None:
         taken_before = plant.steps.plant.step
@@ -264,6 +279,8 @@ class Transitions:
                 case "ready":
                     writer = writer_of(int(who), rest)
                     self._put(network, ("ready", who), (writer, event[1]))
+                case "reports read":
+                    network[self._channel_index["lost",]] = ()
                 case "acted":
                     self._check_act(int(who), event, acted, slots[0])
                     acted[int(who)] = event[1]
@@ -353,17 +370,27 @@ class Transitions:
         return self._disturbed(state, network, held, rest, action)
 
     def _delivered(self, state: State, network: Network, rest: Rest, channel: Channel, number: int) -> State:
-        who, given = self._input(channel, number)
+        who, given = self._input(state, network, rest, channel, number)
         return self._applied(state, network, rest, who, given)
 
-    def _input(self, channel: Channel, number: int) -> tuple[str | int, tuple[Any, ...]]:
+    def _input(
+        self, state: State, network: Sequence[tuple[int, ...]], rest: Rest, channel: Channel, number: int
+    ) -> tuple[str | int, tuple[Any, ...]]:
         """Who gets a message of a channel, and the input that it is."""
         kind, *ends = channel
         message = self._messages.values[number]
         match kind:
             case "lost":
-                return "plant", ("lost", message)
-            case "command" | "ready":
+                return "plant", ("lost", message, b"" if state[1 + message] < 0 else writer_of(message, rest))
+            case "ready":
+                reports = network[self._channel_index["lost",]]
+                return "plant", (
+                    kind,
+                    ends[0],
+                    *message,
+                    tuple(map(self._messages.values.__getitem__, reports)),
+                )
+            case "command":
                 return "plant", (kind, ends[0], *message)
             case "announcement":
                 return ends[1], (kind, ends[0], *message)

@@ -7,6 +7,7 @@ import os
 import pytest
 from protocol_explorer import Explorer, Outcome
 from protocol_processes import PlantProcess
+from protocol_search import CompiledExplorer
 
 from formations import formation
 from satform.scenario import Scenario
@@ -32,7 +33,7 @@ def assert_nothing_found(outcome: Outcome) -> None:
 
 @pytest.mark.parametrize(("satellites", "steps", "disturbances"), [(2, 3, 1), (3, 2, 0)], ids=str)
 def test_no_reachable_state_breaks_an_invariant(satellites: int, steps: int, disturbances: int) -> None:
-    outcome = Explorer(flight(satellites, steps), budget=disturbances).explore()
+    outcome = CompiledExplorer(flight(satellites, steps), budget=disturbances).explore()
     assert_nothing_found(outcome)
     assert outcome.complete
 
@@ -42,15 +43,26 @@ def test_no_reachable_state_breaks_an_invariant(satellites: int, steps: int, dis
 def test_no_reachable_state_of_the_documented_bounds_breaks_an_invariant(
     satellites: int, steps: int, disturbances: int
 ) -> None:
-    outcome = Explorer(flight(satellites, steps), budget=disturbances).explore()
+    outcome = CompiledExplorer(flight(satellites, steps), budget=disturbances).explore()
     assert_nothing_found(outcome)
     assert outcome.complete
+
+
+@pytest.mark.parametrize("reduced", [True, False])
+def test_the_compiled_search_visits_the_same_states(reduced: bool) -> None:
+    found = []
+    for kind in (Explorer, CompiledExplorer):
+        explorer = kind(flight(2, 2), budget=1, reduced=reduced)
+        outcome = explorer.explore()
+        ends = {position_at(plant) for plant in explorer.ended_plants()}
+        found.append((outcome.states, outcome.transitions, outcome.ends, ends))
+    assert found[0] == found[1]
 
 
 def test_orders_that_are_left_out_lead_to_no_other_end() -> None:
     ends: list[set[bytes]] = []
     for reduced in (True, False):
-        explorer = Explorer(flight(2, 2), budget=1, faults=("kill", "silent"), restarts=0, reduced=reduced)
+        explorer = CompiledExplorer(flight(2, 3), budget=1, reduced=reduced)
         assert_nothing_found(explorer.explore())
         ends.append({position_at(plant) for plant in explorer.ended_plants()})
     assert ends[0] == ends[1]
@@ -98,6 +110,35 @@ def test_a_satellite_that_is_lost_again_before_its_first_state_offers_itself_aga
     explorer = Explorer(flight(2, 4), budget=2)
     state = explorer.follow(LOST_BEFORE_ITS_FIRST_STATE)
     assert "deliver ready sat1" in {explorer.described(action) for action in explorer.actions(state)}
+
+
+REPORTED_LATE = (
+    "deliver status sat1",
+    "deliver status sat2",
+    "deliver state sat1",
+    "deliver state sat2",
+    "deliver announcement sat1 to sat2",
+    "deliver announcement sat2 to sat1",
+    "deliver announcement sat1 to sat2",
+    "deliver announcement sat2 to sat1",
+    "deliver command sat1",
+    "deliver command sat2",
+    "silent sat1",
+    "deliver status sat1",
+    "restart sat1",
+    "deliver status sat1",
+)
+"""A satellite that was declared lost ends, and is started again before the plant has read of its end."""
+
+
+def test_the_end_of_a_process_that_is_read_late_does_not_count_against_the_next_one() -> None:
+    explorer = Explorer(flight(2, 4), budget=1)
+    state = explorer.follow((*REPORTED_LATE, "deliver ready sat1"))
+    assert "deliver lost" not in {explorer.described(action) for action in explorer.actions(state)}
+    while not explorer.over(state):
+        state = explorer.after(state, explorer.actions(state)[0])
+    (plant,) = explorer.ended_in([state])
+    assert plant.membership.formation.alive.tolist() == [True, True]
 
 
 READY_BEFORE_THE_LOSS = (

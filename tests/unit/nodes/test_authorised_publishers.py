@@ -126,6 +126,32 @@ def test_after_a_loss_one_successor_is_authorised_and_its_predecessor_no_more(
     }
 
 
+def test_a_writer_that_has_been_replaced_is_not_authorised_after_another_loss_either(
+    authorised: AuthorisedPublishers, graph: Graph, rejections: RejectionCounter
+) -> None:
+    graph.owner = {writer(number): "sat1" for number in (1, 2, 3)}
+    assert authorised.who(writer(1)) == "sat1"
+    authorised.allow_replacement("sat1")
+    assert authorised.who(writer(2)) == "sat1"
+    authorised.allow_replacement("sat1")
+    assert authorised.who(writer(1)) is None
+    assert authorised.who(writer(2)) == "sat1"
+    assert authorised.who(writer(3)) == "sat1"
+    assert authorised.who(writer(2)) is None
+    assert rejections.counts == {(TOPIC, "sat1 has been restarted"): 2}
+
+
+def test_two_losses_without_a_new_writer_between_them_let_one_in(
+    authorised: AuthorisedPublishers, graph: Graph
+) -> None:
+    graph.owner = {writer(number): "sat1" for number in (1, 2, 3)}
+    assert authorised.who(writer(1)) == "sat1"
+    authorised.allow_replacement("sat1")
+    authorised.allow_replacement("sat1")
+    assert authorised.who(writer(2)) == "sat1"
+    assert authorised.who(writer(3)) is None
+
+
 def test_the_loss_of_one_who_does_not_speak_here_lets_nobody_in(
     authorised: AuthorisedPublishers, graph: Graph
 ) -> None:

@@ -52,6 +52,9 @@ class PlantOutput(Protocol):
     def recorder_lost(self, reason: str) -> None:
         """Report that the flight goes on without a recorder."""
 
+    def read_loss_reports(self) -> None:
+        """Hand in with `PlantSteps.lose` which ends of processes the supervisor has reported so far."""
+
 
 class PlantSteps:
     """The steps of a flight, as the plant takes them.
@@ -240,6 +243,9 @@ class PlantSteps:
         """
         self.membership.note_ready(name)
         if self.flying and name in self.names:
+            # The end of a process is reported before the next one is started. Read after this offer, the
+            # report of the former process would count against the present one.
+            self._output.read_loss_reports()
             self.membership.request_rejoin(self.names.index(name), checkpoint)
             self.publish_due_states()
 

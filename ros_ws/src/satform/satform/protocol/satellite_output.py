@@ -71,7 +71,7 @@ class SatelliteOutput(Protocol):
         """
 
     def allow_replacement(self, lost: Collection[int]) -> None:
-        """Accept restarted processes of lost satellites as publishers."""
+        """Accept restarted processes of satellites that have just been lost as publishers."""
 
     def add_neighbour(self, neighbour: int) -> None:
         """Subscribe to the messages of a neighbour."""

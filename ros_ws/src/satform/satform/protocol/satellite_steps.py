@@ -102,16 +102,16 @@ class SatelliteSteps:
     def take_status(self, status: FormationStatus) -> bool:
         """Take in a status of the plant; False if it is not about this formation."""
         self.pulse += 1
-        before, was_alive = self.view.formation.number, self.view.formation.alive[self._index]
+        before, flew = self.view.formation.number, self.view.formation.alive.copy()
         if not self.view.take(status):
             return False
         formation = self.view.formation
         if formation.number == before:
             return True
         self.dissolve_batch()
-        self._output.allow_replacement(np.flatnonzero(~formation.alive).tolist())
+        self._output.allow_replacement(np.flatnonzero(flew & ~formation.alive).tolist())
         if not formation.alive[self._index]:
-            self._on_own_loss(was_alive=bool(was_alive))
+            self._on_own_loss(was_alive=bool(flew[self._index]))
         self._add_new_neighbours()
         self.act_if_complete()
         return True

@@ -6,7 +6,6 @@ Any process can give its node any name, and a restarted node must not be confuse
 writer is known by an identifier that no other one has, in DDS its GUID.
 """
 
-from collections import Counter
 from collections.abc import Collection
 
 _MAX_REJECTED = 10_000
@@ -27,14 +26,16 @@ class AuthorisedWriters:
             names: of the nodes that publish the topic, each with one writer.
         """
         self.expected = frozenset(names)
-        # How many new writers of each name are accepted still: one, and one more for each loss.
-        self._open_slots = Counter(names)
+        # Names of which one new writer is accepted still.
+        self._open = set(self.expected)
         self._name_of: dict[bytes, str] = {}
         self._rejected: dict[bytes, str] = {}
+        # Writers that another one of their name has replaced: their late messages are never accepted again.
+        self._former: dict[bytes, str] = {}
 
     def knows(self, writer: bytes) -> bool:
         """Whether it has been decided if a writer is accepted."""
-        return writer in self._name_of or writer in self._rejected
+        return writer in self._name_of or self.rejection(writer) is not None
 
     def name_of(self, writer: bytes) -> str | None:
         """Name of the node of an accepted writer; None for any other."""
@@ -42,12 +43,15 @@ class AuthorisedWriters:
 
     def rejection(self, writer: bytes) -> str | None:
         """Why a writer is rejected; None for one that is not."""
-        return self._rejected.get(writer)
+        return self._former.get(writer) or self._rejected.get(writer)
 
     def allow_replacement(self, name: str) -> None:
-        """Accept one more writer of a node that has been lost, since it may be restarted."""
+        """Accept another writer of a node that has been lost, since it may be restarted.
+
+        One that was rejected because it came before the loss may be it; one that has been replaced is not.
+        """
         if name in self.expected:
-            self._open_slots[name] += 1
+            self._open.add(name)
             self._rejected.clear()
 
     def decide(self, writer: bytes, name: str) -> str | None:
@@ -60,11 +64,11 @@ class AuthorisedWriters:
         Returns:
             Why it is rejected; None when it is accepted.
         """
-        if self._open_slots[name] > 0:
-            self._open_slots[name] -= 1
+        if name in self._open:
+            self._open.remove(name)
             for before in [known for known, own in self._name_of.items() if own == name]:
                 del self._name_of[before]
-                self._rejected[before] = f"{name} has been restarted"
+                self._former[before] = f"{name} has been restarted"
             self._name_of[writer] = name
             return None
         reason = f"a second writer of {name}" if name in self.expected else f"{name} is not authorised"

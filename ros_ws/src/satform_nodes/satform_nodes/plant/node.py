@@ -261,6 +261,12 @@ class PlantNode:
         self.node.get_logger().warning(f"{reason}; the flight continues without a recorder")
         self.report.send("loss", who=RECORDER, step=self.steps.plant.step, reason=reason)
 
+    def read_loss_reports(self) -> None:
+        """Take in which processes have ended, as the supervisor has reported it so far."""
+        for event in self.report.received():
+            if event["event"] == "lost":
+                self.steps.lose([event["who"]], event["reason"])
+
     def publish_status(self, phase: FormationPhase, reason: str) -> None:
         """Publish the phase of the formation, from which step on it holds, and why."""
         steps = self.steps
@@ -279,9 +285,7 @@ class PlantNode:
 
     def _run_periodic(self) -> None:
         """Outside of a step: read the supervisor's events, and publish the status while paused."""
-        for event in self.report.received():
-            if event["event"] == "lost":
-                self.steps.lose([event["who"]], event["reason"])
+        self.read_loss_reports()
         waits = self.membership.awaited and time.monotonic() - self._awaited_since < self.start_timeout
         if (self.steps.paused and self.membership.open) or waits:
             self._pulse += 1
