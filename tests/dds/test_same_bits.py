@@ -13,13 +13,14 @@ from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_bringup.supervisor.flight import Flight
 from satform_bringup.supervisor.run import fly
+from satform_nodes.transport.compiled import PYTHON_TRANSPORT
 
 pytestmark = pytest.mark.unmeasured
 
 
-def flown(scenario: Scenario, out: Path) -> tuple[Flight, Bag]:
+def flown(scenario: Scenario, out: Path, environment: dict[str, str] | None = None) -> tuple[Flight, Bag]:
     out.mkdir()
-    flight = fly(scenario, out, record=True, progress=lambda _done, _all: None)
+    flight = fly(scenario, out, record=True, progress=lambda _done, _all: None, environment=environment)
     assert not flight.lost, flight.reason
     assert not flight.missed
     assert flight.bag is not None
@@ -62,3 +63,11 @@ def test_other_work_on_every_core_does_not_change_a_bit(name: str, tmp_path: Pat
     scenario = shortened(name, 600.0 * shipped(name).timing.step)
     _, bag = flown(scenario, tmp_path / "busy")
     assert_same_bits_as_in_process(scenario, bag)
+
+
+@pytest.mark.parametrize("name", ["triangle", "formation_pointing"])
+def test_messages_that_are_taken_in_python_make_the_same_bits(name: str, tmp_path: Path) -> None:
+    scenario = shortened(name, 300.0 * shipped(name).timing.step)
+    flight, bag = flown(scenario, tmp_path / "python", {PYTHON_TRANSPORT: "1"})
+    assert_same_bits_as_in_process(scenario, bag)
+    assert_every_message_is_there(flight, bag)

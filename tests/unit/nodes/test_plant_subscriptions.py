@@ -32,6 +32,7 @@ class Network:
         self._callbacks: dict[str, Callable[[bytes, str], None]] = {}
         self._stamps = Stamps(scenario.timing.step, scenario.timing.step_nanoseconds)
         self.next_awaited: Callable[[], Any] | None = None
+        self.lacking: Callable[[], Any] = lambda: None
 
     def subscribe(self, _node: Any, _kind: Any, topic: str, callback: Any, *_: Any) -> str:
         self._callbacks[topic] = callback
@@ -39,6 +40,9 @@ class Network:
 
     def await_in_turn(self, next_awaited: Callable[[], Any] | None) -> None:
         self.next_awaited = next_awaited
+
+    def await_together(self, lacking: Callable[[], Any]) -> None:
+        self.lacking = lacking
 
     def command(self, name: str, step: int) -> None:
         nothing = (*[0.0] * 6, 0, 0, *[0.0] * 8, 0, 0.0)
@@ -122,8 +126,21 @@ def test_of_many_the_last_whose_command_is_due_is_waited_for_and_the_lost_are_no
 def test_few_are_all_waited_for_at_once(clock: SimpleNamespace) -> None:
     scenario = shortened("triangle", 10.0)
     network = Network(scenario)
-    plant_ears_of(scenario, network, MembershipManager(scenario.membership_plan(), [])).begin()
+    membership = MembershipManager(scenario.membership_plan(), [])
+    plant_ears_of(scenario, network, membership).begin()
     assert network.next_awaited is None
+    assert network.lacking() == ["/sat1/command", "/sat2/command", "/sat3/command"]
+    network.command("sat2", 0)
+    assert network.lacking() == ["/sat1/command", "/sat3/command"]
+    for name in ("sat1", "sat3"):
+        network.command(name, 0)
+    assert network.lacking() == []
+    membership.begin(1)
+    # No command is due before the states are published.
+    assert network.lacking() is None
+    membership.close()
+    membership.lose(0, "gone")
+    assert network.lacking() == ["/sat2/command", "/sat3/command"]
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ DEPENDENCIES = {
             "satform_bringup",
             "satform_msgs",
             "satform_nodes",
+            "satform_transport",
             "sensor_msgs",
             "std_msgs",
             "std_srvs",
@@ -57,6 +58,9 @@ EXTRAS = {"arro3", "clarabel", "distributed", "matplotlib", "mpl_toolkits", "pan
 
 FROM_MCAP = {"lz4", "zstandard"}
 """Imports that come with mcap, which depends on them itself."""
+
+DEVELOPMENT = {"Python3": "python3-dev"}
+"""Names of rosdep of what CMake finds under another one."""
 
 BY_NAME = {"satform_bringup": {"satform_nodes"}}
 """What a package starts without importing it."""
@@ -86,10 +90,11 @@ def test_a_package_depends_on_what_it_imports_and_on_nothing_else(package: str) 
     assert declared(package) == needed | BY_NAME.get(package, set())
 
 
-def test_the_messages_depend_on_the_packages_that_they_are_built_with() -> None:
-    build = (SOURCES / "satform_msgs" / "CMakeLists.txt").read_text()
-    found = set(re.findall(r"find_package\((\w+)", build))
-    description = ET.parse(SOURCES / "satform_msgs" / "package.xml")  # noqa: S314
+@pytest.mark.parametrize("package", ["satform_msgs", "satform_transport"])
+def test_a_compiled_package_depends_on_the_packages_that_it_is_built_with(package: str) -> None:
+    build = (SOURCES / package / "CMakeLists.txt").read_text()
+    found = {DEVELOPMENT.get(name, name) for name in re.findall(r"find_package\((\w+)", build)}
+    description = ET.parse(SOURCES / package / "package.xml")  # noqa: S314
     tags = ("depend", "build_depend", "buildtool_depend")
     assert found == {entry.text for tag in tags for entry in description.iter(tag)}
 
@@ -141,4 +146,5 @@ def test_colcon_in_the_environment_lists_the_packages_and_what_they_are(tmp_path
         "satform_bringup": "(ros.ament_python)",
         "satform_msgs": "(ros.ament_cmake)",
         "satform_nodes": "(ros.ament_python)",
+        "satform_transport": "(ros.ament_cmake)",
     }

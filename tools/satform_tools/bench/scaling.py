@@ -30,6 +30,17 @@ satellite_defaults:
 satellites:
 """
 
+OWN = "own"
+"""The nodes' executor, with its compiled part if that is built."""
+
+EXECUTORS: dict[str, list[str]] = {
+    OWN: [],
+    "python": ["without the compiled part"],
+    "events": ["rclpy's events executor"],
+    "single": ["rclpy's single-threaded executor"],
+}
+"""Executors that can be compared, each with what is added to the name of its figure."""
+
 _TIMEOUT, _TIMEOUT_PER_SATELLITE = 10.0, 0.1
 """Smallest node timeout, and per satellite, s: the first step of a large formation takes longer."""
 
@@ -95,7 +106,7 @@ def over_dds(
     steps: int,
     *,
     record: bool,
-    stock: bool = False,
+    executor: str = OWN,
     scenario: Scenario | None = None,
     round_trips: int = 1000,
 ) -> OverDds:
@@ -106,7 +117,7 @@ def over_dds(
         group: satellites that share a process.
         steps: length of the flight.
         record: whether a recorder takes part.
-        stock: whether rclpy's own executor is used instead of the nodes'.
+        executor: one of `EXECUTORS`.
         scenario: what to fly; a ring when left out.
         round_trips: bare ones that are measured right before; 0 for none, which makes their figures NaN.
 
@@ -118,7 +129,6 @@ def over_dds(
         KeyboardInterrupt: it was stopped by a signal, which also stops the measurement.
     """
     from satform_bringup.supervisor.run import fly  # noqa: PLC0415
-    from satform_nodes.transport.fast_path import STOCK  # noqa: PLC0415
 
     trip = median_round_trip(round_trips) if round_trips else math.nan
     flown = scenario or ring(count, steps)
@@ -130,7 +140,7 @@ def over_dds(
             record=record,
             progress=clock.read,
             group=group,
-            environment={STOCK: "1"} if stock else None,
+            environment=_environment(executor),
         )
         if flight.stopped:
             raise KeyboardInterrupt
@@ -146,6 +156,15 @@ def over_dds(
         edges=int(flown.communication_graph().adjacency.astype(bool).sum()),
         round_trip=trip,
     )
+
+
+def _environment(executor: str) -> dict[str, str]:
+    """Variables by which the nodes use an executor."""
+    from satform_nodes.transport.compiled import PYTHON_TRANSPORT  # noqa: PLC0415
+    from satform_nodes.transport.fast_path import STOCK  # noqa: PLC0415
+
+    variables: dict[str, dict[str, str]] = {OWN: {}, "python": {PYTHON_TRANSPORT: "1"}}
+    return variables.get(executor, {STOCK: executor})
 
 
 def in_process(count: int) -> InProcess:

@@ -43,28 +43,38 @@ def round_trip(repetitions: int) -> list[Figure]:
 
 
 def lockstep(
-    counts: Sequence[int], group: int, steps: int, repetitions: int, *, record: bool, stock: bool
+    counts: Sequence[int],
+    group: int,
+    steps: int,
+    repetitions: int,
+    *,
+    record: bool,
+    executors: Sequence[str] = (scaling.OWN,),
 ) -> list[Figure]:
-    """A step over DDS, against bare round trips."""
+    """A step over DDS, against bare round trips; with several executors, these alternate."""
     found = []
     for count in counts:
-        runs = [
-            scaling.over_dds(count, group, steps, record=record, stock=stock, round_trips=_ROUND_TRIPS)
-            for _ in range(repetitions)
-        ]
+        runs: dict[str, list[scaling.OverDds]] = {executor: [] for executor in executors}
+        for _ in range(repetitions):
+            for executor, own in runs.items():
+                own.append(
+                    scaling.over_dds(
+                        count, group, steps, record=record, executor=executor, round_trips=_ROUND_TRIPS
+                    )
+                )
         labels = [f"lockstep, {count} satellites"]
         labels += [f"{group} to a process"] if group > 1 else []
         labels += ["recorded"] if record else []
-        labels += ["stock executor"] if stock else []
-        found.append(
+        found += [
             Figure(
-                ", ".join(labels),
-                tuple(1.0 / run.steps_per_second for run in runs),
+                ", ".join([*labels, *scaling.EXECUTORS[executor]]),
+                tuple(1.0 / run.steps_per_second for run in own),
                 ROUND_TRIP,
-                tuple(run.round_trip for run in runs),
-                _details(runs),
+                tuple(run.round_trip for run in own),
+                _details(own),
             )
-        )
+            for executor, own in runs.items()
+        ]
     return found
 
 

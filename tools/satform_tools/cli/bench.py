@@ -54,10 +54,10 @@ def measure_all(
         found += suite.satellite(scenario_library.SCENARIOS, repetitions)
         found += suite.in_process([1, 100], repetitions)
         found += suite.recorder(repetitions)
-        found += suite.lockstep([3], 1, 500, repetitions, record=True, stock=False)
-        found += suite.lockstep([3], 1, 500, repetitions, record=False, stock=False)
-        found += suite.lockstep([3], 1, 200, repetitions, record=False, stock=True)
-        found += suite.lockstep([16], 16, 200, repetitions, record=False, stock=False)
+        found += suite.lockstep([3], 1, 500, repetitions, record=True)
+        found += suite.lockstep([3], 1, 500, repetitions, record=False)
+        found += suite.lockstep([3], 1, 200, repetitions, record=False, executors=["single"])
+        found += suite.lockstep([16], 16, 200, repetitions, record=False)
         found += suite.start_up([3], repetitions)
     bench_output.show(found, history, as_json=json)
 
@@ -147,11 +147,12 @@ def lockstep(
         bool, typer.Option("--record/--no-record", help="Fly with or without a recorder.")
     ] = True,
     executor: Annotated[
-        str,
+        list[str] | None,
         typer.Option(
-            help="own: satform's executor; stock: rclpy's SingleThreadedExecutor; both: one after the other."
+            help="own: satform's executor; python: the same without its compiled part; events, single: "
+            "those of rclpy. Repeatable: their flights alternate. By default own."
         ),
-    ] = "own",
+    ] = None,
     repetitions: Repetitions = 1,
     history: History = None,
     json: Json = False,
@@ -161,22 +162,23 @@ def lockstep(
     By default for 3, 8 and 16 satellites on a ring.
     """
     from satform_tools.bench import output as bench_output
+    from satform_tools.bench import scaling as lockstep_flights
     from satform_tools.bench import suite
     from satform_tools.errors import CommandError
 
-    if executor not in ("own", "stock", "both"):
-        raise CommandError(f"--executor {executor}: is one of own, stock, both")
+    executors = executor or [lockstep_flights.OWN]
+    for name in executors:
+        if name not in lockstep_flights.EXECUTORS:
+            raise CommandError(f"--executor {name}: is one of {', '.join(lockstep_flights.EXECUTORS)}")
     with _over_dds():
-        found = []
-        for stock in {"own": (False,), "stock": (True,), "both": (False, True)}[executor]:
-            found += suite.lockstep(
-                satellites or [3, 8, 16],
-                satellites_per_process,
-                steps,
-                repetitions,
-                record=record,
-                stock=stock,
-            )
+        found = suite.lockstep(
+            satellites or [3, 8, 16],
+            satellites_per_process,
+            steps,
+            repetitions,
+            record=record,
+            executors=executors,
+        )
     bench_output.show(found, history, as_json=json)
 
 

@@ -25,7 +25,7 @@ from satform_tools.wheels.wheel_file import Content, write_wheel
 NAME = "satform_ros"
 """Of the wheel with the nodes; its distribution is satform-ros."""
 
-_BUILT = ("satform_nodes", "satform_bringup", "satform_msgs", "tf2_msgs")
+_BUILT = ("satform_nodes", "satform_bringup", "satform_msgs", "satform_transport", "tf2_msgs")
 _TOOLS = ("satform_tools", "satform_setup")
 _LEFT_OUT = {"cmake", "hook", "environment", "colcon-core", "parent_prefix_path", "satform", "__pycache__"}
 """Parts of paths of what is only for building, or in the other wheel."""

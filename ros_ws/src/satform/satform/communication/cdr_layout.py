@@ -45,6 +45,7 @@ class Layout:
     Attributes:
         fields: dotted names of the numbers in the order in which they are packed.
         size: length of a message in bytes, encapsulation included.
+        constant: bytes of `header.frame_id`, the same in every message.
         dtype: numpy view of the whole message, one entry for each field.
     """
 
@@ -60,7 +61,7 @@ class Layout:
             ValueError: the message does not begin with a header, or has a field whose size is not fixed.
         """
         text = frame.encode() + b"\0"
-        self._constant = struct.pack("<I", len(text)) + text
+        self.constant = struct.pack("<I", len(text)) + text
         form = "<4s"
         names, offsets, formats = [], [], []
         position = 0
@@ -73,8 +74,8 @@ class Layout:
             form += f"{padding}x" if padding else ""
             position += padding
             if code is None:
-                form += f"{len(self._constant)}s"
-                position += len(self._constant)
+                form += f"{len(self.constant)}s"
+                position += len(self.constant)
                 continue
             names.append(name)
             offsets.append(position + 4)
@@ -90,13 +91,13 @@ class Layout:
 
     def pack(self, seconds: int, nanoseconds: int, *numbers: float) -> bytes:
         """The message's bytes from its numbers in the order of `fields`."""
-        return self._struct.pack(ENCAPSULATION, seconds, nanoseconds, self._constant, *numbers)
+        return self._struct.pack(ENCAPSULATION, seconds, nanoseconds, self.constant, *numbers)
 
     def unpack(self, data: bytes) -> tuple[Any, ...] | None:
         """The message's numbers in the order of `fields`; None when the bytes are not such a message."""
         if len(data) != self.size:
             return None
         encapsulation, seconds, nanoseconds, constant, *numbers = self._struct.unpack(data)
-        if encapsulation[:2] != ENCAPSULATION[:2] or constant != self._constant:
+        if encapsulation[:2] != ENCAPSULATION[:2] or constant != self.constant:
             return None
         return (seconds, nanoseconds, *numbers)

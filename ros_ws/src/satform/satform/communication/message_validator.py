@@ -8,6 +8,7 @@ message has no effect but to be counted, by topic and reason.
 
 from collections import Counter
 from collections.abc import Callable
+from enum import StrEnum
 from math import isfinite
 from typing import Any
 
@@ -17,7 +18,18 @@ from satform.communication.sim_time import Stamps
 LARGEST = 1e15
 """Magnitude above which no number of a formation lies, in SI units."""
 
-CONTRADICTION = "a stamp that contradicts its step"
+
+class Reason(StrEnum):
+    """Why a message is rejected."""
+
+    FORM = "another form"
+    NOT_DUE = "a step that is not due yet"
+    CONTRADICTION = "a stamp that contradicts its step"
+    NOT_FINITE = "not finite"
+    RANGE = "out of range"
+
+
+CONTRADICTION = Reason.CONTRADICTION
 """Reason for the rejection of a message whose stamp is no time at which a message of its step is made."""
 
 EARLIER_STAMPS = frozenset({"state", "arc_length", "motion", "navigation_estimate"})
@@ -111,24 +123,24 @@ class MessageValidator:
         """
         numbers = self._form.unpack(data)
         if numbers is None:
-            self._reject("another form")
+            self._reject(Reason.FORM)
             return None
         if self._lengths and any(numbers[index] != length for index, length in self._lengths):
-            self._reject("another form")
+            self._reject(Reason.FORM)
             return None
         begin, end = self._unbounded
         step, values = numbers[2], numbers[3:begin] + numbers[end:] if end else numbers[3:]
         if step > last:
-            self._reject("a step that is not due yet")
+            self._reject(Reason.NOT_DUE)
             return None
         if self._stamps.contradict(numbers[0], numbers[1], step, exact=self._exact):
-            self._reject(CONTRADICTION)
+            self._reject(Reason.CONTRADICTION)
             return None
         if not isfinite(sum(values)):
-            self._reject("not finite")
+            self._reject(Reason.NOT_FINITE)
             return None
         if max(values) > self._largest or min(values) < -self._largest:
-            self._reject("out of range")
+            self._reject(Reason.RANGE)
             return None
         if step < first:
             # A publisher retransmits when a step does not continue.

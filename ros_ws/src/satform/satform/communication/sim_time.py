@@ -6,7 +6,11 @@ NANOSECONDS = 1_000_000_000
 
 
 class Stamps:
-    """Stamps of the steps of one scenario."""
+    """Stamps of the steps of one scenario.
+
+    Attributes:
+        step_nanoseconds: length of a step in whole nanoseconds.
+    """
 
     def __init__(self, step: float, step_nanoseconds: int) -> None:
         """Stamps of steps of a given length.
@@ -16,11 +20,11 @@ class Stamps:
             step_nanoseconds: the same in whole nanoseconds.
         """
         self._step = step
-        self._step_nanoseconds = step_nanoseconds
+        self.step_nanoseconds = step_nanoseconds
 
     def at(self, step: int) -> tuple[int, int]:
         """Seconds and nanoseconds at the beginning of a step."""
-        return divmod(step * self._step_nanoseconds, NANOSECONDS)
+        return divmod(step * self.step_nanoseconds, NANOSECONDS)
 
     def at_time(self, time: float) -> tuple[int, int]:
         """Seconds and nanoseconds of a simulated moment in s, which lies on the grid of steps."""
@@ -28,7 +32,7 @@ class Stamps:
 
     def step(self, seconds: int, nanoseconds: int) -> int:
         """The step nearest to a stamp."""
-        return round((seconds * NANOSECONDS + nanoseconds) / self._step_nanoseconds)
+        return round((seconds * NANOSECONDS + nanoseconds) / self.step_nanoseconds)
 
     def contradict(self, seconds: int, nanoseconds: int, step: int, *, exact: bool) -> bool:
         """Whether a message of a step cannot have a stamp.
@@ -40,13 +44,13 @@ class Stamps:
             exact: whether the stamp is that of the step; else it may also be that of an earlier one, as of
                 a measurement that arrives late.
         """
-        stamp, due = seconds * NANOSECONDS + nanoseconds, step * self._step_nanoseconds
+        stamp, due = seconds * NANOSECONDS + nanoseconds, step * self.step_nanoseconds
         if stamp == due:
             return False
-        return exact or not 0 <= stamp < due or stamp % self._step_nanoseconds != 0
+        return exact or not 0 <= stamp < due or stamp % self.step_nanoseconds != 0
 
     def time(self, seconds: int, nanoseconds: int) -> float:
         """Simulated moment of a stamp, s; on the grid of steps with the bits of step number times length."""
         total = seconds * NANOSECONDS + nanoseconds
-        step, rest = divmod(total, self._step_nanoseconds)
+        step, rest = divmod(total, self.step_nanoseconds)
         return step * self._step if rest == 0 else total / NANOSECONDS

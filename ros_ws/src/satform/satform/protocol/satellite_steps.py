@@ -90,6 +90,8 @@ class SatelliteSteps:
         self._batch: StepBatch | None = None
         self._row = 0
         self._target: Target | None = None
+        self._needed: tuple[str | int, ...] = ()
+        self._needed_number = -1
         self.satellite = self._new_software()
 
     # Membership
@@ -193,6 +195,40 @@ class SatelliteSteps:
         return Satellite(self._plan.satellite(self._index, neighbours), len(neighbours))
 
     # A step
+
+    def lacking(self) -> tuple[str | int, ...] | None:
+        """Messages that the next step lacks: kinds of the plant's, indices of neighbours for phase or motion.
+
+        Returns:
+            The same tuple as long as it stays the same; None if that is not known.
+        """
+        if not self.flying or self._clocked:
+            return None
+        messages, number = self.messages, self.view.formation.number
+        if self._batch is not None:
+            # The batch knows which messages of neighbours there are.
+            return () if messages.state is not None else ("state",)
+        if number != self._needed_number:
+            alive = self.view.formation.alive
+            senders = self.neighbour_messages.senders(self.step)
+            self._needed = (
+                *(neighbour for neighbour in senders if alive[neighbour]),
+                *self.messages.needed,
+                "state",
+            )
+            self._needed_number = number
+        stored = self.neighbour_messages.by_step.get(self.step, {})
+        if messages.state is None and not messages.of_plant and not stored:
+            return self._needed
+        return tuple(
+            key
+            for key in self._needed
+            if (
+                messages.state is None
+                if key == "state"
+                else key not in stored and key not in messages.of_plant
+            )
+        )
 
     def take_announcement(self, neighbour: int, validator: MessageValidator, data: bytes) -> None:
         """Take in the phase or motion of a neighbour."""

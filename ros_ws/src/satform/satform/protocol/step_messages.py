@@ -43,6 +43,7 @@ class StepMessages:
 
     Attributes:
         state: fields of the newest one that is not yet used; None when there is none.
+        needed: kinds of messages of the plant that a step needs beside the state.
         of_plant: likewise of the other messages of the plant by kind: attitude, conditions of the incoming
             links, readings of sensors.
     """
@@ -65,7 +66,7 @@ class StepMessages:
         """
         self.state: tuple[Any, ...] | None = None
         self.of_plant: dict[str, tuple[Any, ...]] = {}
-        self._needed = tuple(needed)
+        self.needed = tuple(needed)
         self._neighbours = neighbours
         self._stamps = stamps
         self._clocked = clocked
@@ -123,5 +124,5 @@ class StepMessages:
 
     def _lacks_plant(self, step: int) -> bool:
         """Whether a message of the plant beside the state is missing for a step."""
-        found = (self.of_plant.get(kind) for kind in self._needed)
+        found = (self.of_plant.get(kind) for kind in self.needed)
         return any(message is None or message[2] != step for message in found)

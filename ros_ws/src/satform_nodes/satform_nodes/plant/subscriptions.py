@@ -13,7 +13,6 @@ from satform_msgs.msg import Command, NodeReady, RecorderProgress
 from satform.communication import topic_table
 from satform.communication.message_validator import (
     CONTRADICTION,
-    MessageValidator,
     RejectionCounter,
 )
 from satform.communication.sim_time import Stamps
@@ -24,6 +23,7 @@ from satform_nodes.runtime.realtime_loop import CommandMonitor
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
+from satform_nodes.transport.compiled import new_validator
 from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
@@ -84,6 +84,7 @@ class PlantSubscriptions:
         self._stamps = stamps
         self._clocked = clocked
         self._turn = (-1, 0)
+        self._flying: tuple[int, list[Any]] = (-1, [])
         self._received_at = [time.monotonic()] * len(names)
         authorised = {channel.topic: channel.publishers for channel in channels}
         self._authorised_ready = AuthorisedPublishers(
@@ -103,7 +104,7 @@ class PlantSubscriptions:
         ]
         # The value of a violation is what no other number may be.
         validators = [
-            MessageValidator(topic, _COMMAND, rejections, stamps, unbounded=_UNBOUNDED) for topic in commands
+            new_validator(topic, _COMMAND, rejections, stamps, unbounded=_UNBOUNDED) for topic in commands
         ]
         self.commands = PlantCommands(
             membership, _COMMAND, validators, rejections, self.command_monitor, clocked=clocked
@@ -123,8 +124,22 @@ class PlantSubscriptions:
     def begin(self) -> None:
         """Start the flight: from now on commands are waited for."""
         self.command_monitor.begin()
+        if not self._clocked:
+            self._executor.await_together(self._lacking)
         if len(self._subscriptions) >= MANY_SUBSCRIPTIONS and not self._clocked:
             self._executor.await_in_turn(self._next_awaited)
+
+    def _lacking(self) -> list[Any] | None:
+        """Subscriptions of the satellites whose commands are due; None when none is."""
+        membership = self._membership
+        if membership.open or membership.over:
+            return None
+        number = membership.formation.number
+        if number != self._flying[0]:
+            self._flying = (number, [self._subscriptions[index] for index in membership.flying])
+        if not membership.commanded:
+            return self._flying[1]
+        return [self._subscriptions[index] for index in membership.not_commanded]
 
     def _next_awaited(self) -> Any:
         """The subscription of the last satellite whose command is due; None when none is.

@@ -8,6 +8,7 @@ import time
 from collections.abc import Collection
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from satform_msgs.msg import FormationStatus
 
@@ -102,6 +103,8 @@ class SatelliteNode:
         self.subscriptions = SatelliteSubscriptions(
             node, executor, plan, self.index, self.rejections, handlers, clocked=self.clocked
         )
+        self._lacking: tuple[tuple[str | int, ...], list[Any]] = ((), [])
+        executor.await_together(self._lacking_subscriptions)
         self.publishers.require_subscribers(self.subscriptions.endpoints, recorded=settings.recorded)
         self._health = Health(node, f"{name}: flight software", name, self._condition, self._now)
         if settings.recorded:
@@ -174,6 +177,16 @@ class SatelliteNode:
         return condition
 
     # What arrives
+
+    def _lacking_subscriptions(self) -> list[Any] | None:
+        """Subscriptions whose messages the next step lacks; None if that is not known."""
+        keys = self.steps.lacking()
+        if keys is None:
+            return None
+        if keys is not self._lacking[0]:
+            found = self.subscriptions.subscriptions
+            self._lacking = (keys, [found[key] for key in keys])
+        return self._lacking[1]
 
     def _on_status(self, data: bytes, _name: str) -> None:
         status = deserialize_or_reject(data, FormationStatus, topic_table.STATUS, self.rejections)

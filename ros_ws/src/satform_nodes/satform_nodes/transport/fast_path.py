@@ -7,11 +7,15 @@ several times as much as DDS itself. Here the vital ("hot") subscriptions are in
 once, and their messages go to their callbacks in the waiting thread; if a step needs very many messages, the
 wait set has only the next awaited subscription. All other entities (parameter services, latched topics) are
 polled in the background in a wait set of their own, and are executed by the parent class.
+
+Where the compiled part is built (`satform_nodes.transport.arrivals`), it counts the messages as they arrive:
+there is no wait set, a wait ends when all messages are there that the step lacks, and services are polled
+when they have requests.
 """
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, runtime_checkable
 
 from rclpy.action import ActionServer
@@ -23,9 +27,11 @@ from rclpy.executors import (
 )
 from rclpy.impl.implementation_singleton import rclpy_implementation as _rclpy
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy
 from rclpy.waitable import NumberOfEntities
 
 from satform.communication.topic_table import relative
+from satform_nodes.transport.arrivals import arrivals
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.filtered_subscription import FilteredSubscription
 from satform_nodes.transport.node_error import NodeError
@@ -48,7 +54,13 @@ MANY_SUBSCRIPTIONS = 64
 """Number of messages of a step from which on subscriptions are waited for one after another."""
 
 STOCK = "SATFORM_STOCK_EXECUTOR"
-"""Environment variable: if set, the parent class does everything, to measure the gain of this one."""
+"""Environment variable: which executor of rclpy does everything, to measure the gain of this one.
+
+`single` is the parent class, `events` is `rclpy.experimental.EventsExecutor`, which does not tell a message's
+writer."""
+
+SINGLE, EVENTS = "single", "events"
+"""Values of the variable."""
 
 _NANOSECONDS = 1_000_000_000
 
@@ -73,8 +85,10 @@ class FastPathExecutor(SingleThreadedExecutor):
         super().__init__(**options)
         self.trace: AnyTrace = trace_from_environment()
         self._stock = STOCK in os.environ
+        self._events: Any = _events_executor() if os.environ.get(STOCK) == EVENTS else None
         self._handed_out = 0
         self._taker = SerializedTaker()
+        self._arrivals = None if self._stock else arrivals()
         self._names: list[str] = []
         self._hot: list[FilteredSubscription] = []
         self._background: list[FilteredSubscription] = []
@@ -87,6 +101,7 @@ class FastPathExecutor(SingleThreadedExecutor):
         self._next_awaited: Callable[[], Any] | None = None
         self._single_wait_set: Any = None
         self._cold_wait_set: Any = None
+        self._requests_are_counted = False
         self._next_housekeeping = 0.0
         self.next_background_poll = 0.0
 
@@ -96,6 +111,9 @@ class FastPathExecutor(SingleThreadedExecutor):
         Exceptions that requests and events from outside cause are logged and counted. Only a `NodeError`, by
         which a node ends itself, is raised.
         """
+        if self._events is not None:
+            self._events.spin_once(timeout_sec)
+            return
         try:
             ready: tuple[Any, Any, Any] = self.wait_for_ready_callbacks(timeout_sec, None, _never)
         except (ShutdownException, TimeoutException, ConditionReachedException):
@@ -111,6 +129,8 @@ class FastPathExecutor(SingleThreadedExecutor):
     def add_node(self, node: Node) -> bool:
         """Add a node; its name is stored, since the node may be destroyed before the executor."""
         self._names.append(node.get_name())
+        if self._events is not None:
+            return bool(self._events.add_node(node))
         return bool(super().add_node(node))
 
     def add_periodic(self, chore: Callable[[], None]) -> None:
@@ -152,18 +172,21 @@ class FastPathExecutor(SingleThreadedExecutor):
         Returns:
             rclpy's subscription.
         """
+        handle = self._traced(topic, callback, vital=vital)
 
-        def _never_called(_data: bytes) -> None:
-            """Messages that the parent class takes go through the filtered subscription, too."""
+        def _of_any_writer(data: bytes) -> None:
+            """For the comparison with rclpy's events executor; else `_take_subscription` takes messages."""
+            handle(data, next(iter(authorised.expected)) if authorised else "")
 
-        subscription = node.create_subscription(message_type, relative(topic), _never_called, qos, raw=True)
-        filtered = FilteredSubscription(
-            subscription, authorised, self._traced(topic, callback, vital=vital), self._taker
-        )
+        subscription = node.create_subscription(message_type, relative(topic), _of_any_writer, qos, raw=True)
+        filtered = FilteredSubscription(subscription, authorised, handle, self._taker)
         self._filtered[id(subscription)] = filtered
         if vital:
             self._hot.append(filtered)
             self._hot_wait_set = None
+            if self._arrivals is not None:
+                # A message of a latched topic may change what the step lacks.
+                self._arrivals.add(filtered, urgent=qos.durability == DurabilityPolicy.TRANSIENT_LOCAL)
         else:
             self._background.append(filtered)
         return subscription
@@ -191,6 +214,18 @@ class FastPathExecutor(SingleThreadedExecutor):
         """
         self._next_awaited = next_awaited
 
+    def await_together(self, lacking: Callable[[], Sequence[Any] | None]) -> None:
+        """Let a wait end when all messages are there that a step lacks, instead of at each of them.
+
+        It also ends at a message of a latched topic. Without the compiled part it ends at each message.
+
+        Args:
+            lacking: returns the subscriptions whose next message the step needs, of one of several nodes on
+                this executor; None if that is not known.
+        """
+        if self._arrivals is not None:
+            self._arrivals.add_lacking(lacking)
+
     def _traced(
         self, topic: str, callback: Callable[[bytes, str], None], *, vital: bool
     ) -> Callable[[bytes, str], None]:
@@ -211,6 +246,8 @@ class FastPathExecutor(SingleThreadedExecutor):
     def shutdown(self, timeout_sec: float | None = None) -> bool:
         """Shut down, and write the trace if tracing is on."""
         self.trace.write(self._names)
+        if self._events is not None:
+            self._events.shutdown(timeout_sec)
         return bool(super().shutdown(timeout_sec))
 
     def _take_subscription(self, sub: Any) -> Any:
@@ -237,6 +274,8 @@ class FastPathExecutor(SingleThreadedExecutor):
             self.spin_once(timeout_sec=timeout)
             return self._handed_out != before
         awaited = self._next_awaited and self._next_awaited()
+        if self._arrivals is not None:
+            return self._arrivals.take(timeout, awaited)
         return self._take_any(timeout) if awaited is None else self._take_in_turn(awaited, timeout)
 
     def _take_in_turn(self, awaited: Any, timeout: float) -> bool:
@@ -282,7 +321,7 @@ class FastPathExecutor(SingleThreadedExecutor):
         if self._stock or not self._hot:
             return self.take_hot(0.0)
         taken_any = False
-        for filtered in tuple(self._hot):
+        for filtered in tuple(self._hot) if self._arrivals is None else self._arrivals.arrived():
             taken_any |= filtered.take_all()
         return taken_any
 
@@ -294,11 +333,19 @@ class FastPathExecutor(SingleThreadedExecutor):
             chore()
         for filtered in self._background:
             filtered.take_all()
-        if self._next_awaited is not None and not self._stock:
+        if self._next_awaited is not None and not self._stock and self._arrivals is None:
             self._take_any(0.0)
         if now >= self._next_housekeeping:
             self._housekeep()
-        if not (self._cold or self._services or self._actions):
+        if self._cold or self._services or self._actions:
+            self._poll_cold()
+
+    def _poll_cold(self) -> None:
+        """Execute what is ready of the services, actions, and subscriptions without a fast path."""
+        if self._requests_are_counted:
+            assert self._arrivals is not None  # noqa: S101 - it counts them
+            for _ in range(self._arrivals.take_requests()):
+                self.spin_once(timeout_sec=0.0)
             return
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
@@ -318,6 +365,10 @@ class FastPathExecutor(SingleThreadedExecutor):
         """Let the parent class poll all entities, and rebuild the background wait set."""
         begin = time.monotonic()
         self.spin_once(timeout_sec=0.0)
+        if self._arrivals is not None:
+            # In case that the middleware has not reported a message.
+            for filtered in tuple(self._hot):
+                filtered.take_one()
         # After the callback, which may have destroyed an entity; a later one that does wakes this executor.
         self._gather_cold()
         # The parent class polls every entity of every node, of which a group has thousands.
@@ -333,6 +384,10 @@ class FastPathExecutor(SingleThreadedExecutor):
         self._services = [service for node in nodes for service in node.services]
         waitables = [waitable for node in nodes for waitable in node.waitables]
         self._actions = [waitable for waitable in waitables if isinstance(waitable, ActionServer)]
+        # Other entities have to be polled, and services with them.
+        self._requests_are_counted = self._arrivals is not None and not (self._cold or self._actions)
+        if self._arrivals is not None and self._requests_are_counted:
+            self._arrivals.count_requests(self._services)
         count = NumberOfEntities(num_subs=len(self._cold), num_services=len(self._services))
         for action in self._actions:
             count += action.get_num_entities()
@@ -345,6 +400,12 @@ class FastPathExecutor(SingleThreadedExecutor):
             count.num_events,
             self.context.handle,
         )
+
+
+def _events_executor() -> Any:
+    from rclpy.experimental import EventsExecutor  # noqa: PLC0415 - only for the comparison
+
+    return EventsExecutor()
 
 
 def _never() -> bool:

@@ -4,10 +4,14 @@
 
 from collections import deque
 from collections.abc import Callable
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers
 from satform_nodes.transport.serialized_take import SerializedTaker
+
+if TYPE_CHECKING:
+    from satform_transport.hot_path import MessageWaiter
 
 _MAX_AT_ONCE = 256
 """Messages of unauthorised writers that are skipped at once on the way to an authorised one."""
@@ -29,15 +33,42 @@ class FilteredSubscription:
         self.subscription = subscription
         self._authorised = authorised
         self._callback = callback
-        self._taker = taker
+        self._take: Callable[[], Any] = partial(taker.take, subscription)
         self._held: dict[bytes, deque[bytes]] = {}
+        self._index = -1
+        self._waiter: MessageWaiter | None = None
+        # Name of the node whose messages the waiter takes without their writer.
+        self._known = ""
+
+    def take_by(self, waiter: "MessageWaiter", *, urgent: bool) -> int:
+        """Have a waiter count the messages from now on, and take them.
+
+        It compares the writer with the last one that was accepted, which needs no look-up then.
+
+        Args:
+            waiter: compiled.
+            urgent: whether a message ends any wait.
+
+        Returns:
+            The index of this subscription in the waiter.
+
+        Raises:
+            RuntimeError: the middleware does not report arriving messages.
+        """
+        self._index = waiter.add_subscription(self.subscription.handle.pointer, urgent)
+        self._waiter = waiter
+        self._take = partial(waiter.take, self._index)
+        return self._index
 
     def take_one(self) -> bool:
         """Pass on the next message of an authorised publisher; whether there was one."""
         for _ in range(_MAX_AT_ONCE):
-            taken = self._taker.take(self.subscription)
+            taken = self._take()
             if taken is None:
                 return False
+            if taken.__class__ is bytes:
+                self._callback(taken, self._known)
+                return True
             if self._pass_on(*taken):
                 return True
         return False
@@ -58,6 +89,8 @@ class FilteredSubscription:
             name = self._name_of(writer)
             if name != UNDECIDED:
                 del self._held[writer]
+                if name is not None:
+                    self._know(writer, name)
                 for data in messages:
                     if name is not None:
                         self._callback(data, name)
@@ -73,8 +106,15 @@ class FilteredSubscription:
             return False
         if name is None:
             return False
+        self._know(writer, name)
         self._callback(data, name)
         return True
+
+    def _know(self, writer: bytes, name: str) -> None:
+        """Have the waiter recognise an accepted writer, and no longer the one before."""
+        if self._waiter is not None:
+            self._waiter.know(self._index, writer)
+            self._known = name
 
     def _name_of(self, writer: bytes) -> str | None:
         return self._authorised.who(writer) if self._authorised else None

@@ -13,6 +13,7 @@ from satform.communication.message_validator import (
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import TopicPlan, lengths_of
 from satform_nodes.transport.cdr_codec import Layout, layout
+from satform_nodes.transport.compiled import new_validator
 from satform_nodes.transport.topic_types import TYPES
 
 _LAST_UNBOUNDED = {"command": 1, "orbit_state": 6}
@@ -75,7 +76,7 @@ def validator_of(
         rejections: counts the rejected messages.
         stamps: of the scenario's steps.
     """
-    return MessageValidator(
+    return new_validator(
         topic,
         form_of(kind, plan, satellite),
         rejections,

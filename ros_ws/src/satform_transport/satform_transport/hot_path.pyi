@@ -1,0 +1,26 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+from typing import Any
+
+class MessageWaiter:
+    def add_subscription(self, pointer: int, urgent: bool, /) -> int: ...
+    def add_service(self, pointer: int, /) -> int: ...
+    def wait(self, needed: tuple[int, ...] | None, timeout: float, /) -> tuple[int, ...]: ...
+    def take(self, index: int, /) -> bytes | tuple[bytes, bytes] | None: ...
+    def know(self, index: int, writer: bytes, /) -> None: ...
+    def take_requests(self) -> int: ...
+
+class NumberCheck:
+    def __init__(
+        self,
+        size: int,
+        fields: tuple[tuple[str, int, int], ...],
+        constant: bytes,
+        step_nanoseconds: int,
+        exact: bool,
+        unbounded_first: int,
+        unbounded_end: int,
+        largest: float,
+        /,
+    ) -> None: ...
+    def check(self, data: bytes, first: int, last: int, /) -> tuple[Any, ...] | int: ...
