@@ -259,5 +259,5 @@ def _renew_venv(job: Job) -> None:
         _execute([str(layout.launcher), *sys.argv[1:]], dict(job.environment))
     check_machine(layout.root, job.ros, job.environment)
     remove_venv(layout)
-    print("satform: making the environment of this folder: once, a few minutes, 0.8 GB", file=sys.stderr)
+    print("satform: making the environment of this folder: once, a few minutes, 1 GB", file=sys.stderr)
     make_venv(job)

@@ -18,7 +18,7 @@ from satform_setup.ros_distribution import WHEELS, check_python_of_ros
 
 # brahe's wheel is the one that asks for the newest C library (manylinux_2_35).
 OLDEST_GLIBC = (2, 35)
-# Bytes: 0.8 GB installed, as much in the installer's cache, the build.
+# Bytes: 1 GB installed, the rest of the installer's cache, the build.
 NEEDED_SPACE = 2_000_000_000
 
 
