@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, NoReturn, cast
 
 import numpy as np
@@ -27,6 +28,7 @@ from satform_bringup.supervisor.run_registry import described, file_name, hold_s
 from satform_tools.cli import main as cli
 from satform_tools.errors import CommandError
 from satform_tools.inspect import message_values, observer_node, target_domain
+from satform_tools.inspect import monitor as monitor_module
 from satform_tools.inspect import parameters as node_parameters
 from satform_tools.inspect import watch as watch_command
 from satform_tools.inspect.echo import intervals
@@ -381,3 +383,19 @@ def test_step_and_time_of_a_frame_are_those_of_one_message() -> None:
     formation.put("/formation/status", end, 100.0)
     monitor.update()
     assert (monitor.frame().step, monitor.frame().time) == (200, 100.0)
+
+
+def test_the_step_rate_is_between_messages_and_not_from_the_status_of_the_start(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = [0.0]
+    monkeypatch.setattr(monitor_module, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    formation = Formation()
+    monitor = FormationMonitor(cast(Observer, formation))
+    # The status that is received first is that of step 0, and the flight has been going on since.
+    monitor.update()
+    for now[0], step in ((0.3, 2400), (0.5, 2408)):
+        formation.put("/one/command", Command(step=step), 0.5 * step)
+        monitor.update()
+    # 8 steps in 0.2 s of wall-clock time.
+    assert monitor.frame().steps_per_second == pytest.approx(40.0)

@@ -137,8 +137,10 @@ class FormationMonitor:
         self._update_status()
         for queue in self._rare:
             _take_all(queue)
-        self._steps.append((now, self.instant()[0]))
-        while now - self._steps[0][0] > _RATE_SPAN and len(self._steps) > 2:
+        # Before the first of these messages the step is that of the newest status, which may be long past.
+        if any(entry.tracking.message or entry.command.message for entry in self._satellites.values()):
+            self._steps.append((now, self.instant()[0]))
+        while len(self._steps) > 2 and now - self._steps[0][0] > _RATE_SPAN:
             self._steps.popleft()
         return self.over
 
@@ -224,6 +226,8 @@ class FormationMonitor:
             self.events.append("the plant has ended without a final status")
 
     def _rate(self) -> float:
+        if not self._steps:
+            return math.nan
         (first, before), (last, after) = self._steps[0], self._steps[-1]
         return (after - before) / (last - first) if last - first > 0.5 * PERIOD else math.nan
 
