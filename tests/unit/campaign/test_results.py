@@ -179,7 +179,7 @@ def test_a_case_in_two_files_is_refused_naming_both(tmp_path: Path) -> None:
 
 def test_a_file_of_another_campaign_or_of_another_name_is_refused(tmp_path: Path) -> None:
     written(tmp_path, [1, 2])
-    with pytest.raises(ResultFileError, match="does not have the columns of this campaign"):
+    with pytest.raises(ResultFileError, match=r"does not have the column 'change\.z' of this campaign"):
         list(all_results(tmp_path, replace(SCHEMA, columns=Columns({"z": "number"}, ()))))
     with pytest.raises(
         ResultFileError, match="is of another campaign: it has the digest aaaaaaaaaaaaaaaa, this"

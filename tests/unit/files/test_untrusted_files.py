@@ -11,27 +11,21 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Any
 
 import lz4.frame
 import numpy as np
 import pytest
 import zstandard
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from flights import shortened
 from satform.bag import records as bag_records
-from satform.bag.errors import BagError
-from satform.bag.reader import read_bag
 from satform.bag.records import LEAST_EXPANDED
 from satform.files.bounded_file import read_bounded, read_json
 from satform.files.numpy_archive import ArchiveError, read_archive
 from satform.flight.checkpoint import restore
 from satform.flight.compile_satellite import flight_plan
 from satform.flight.satellite import Satellite
-from satform.flight.simulate import simulate
 from satform.record.archive import RecordError, load_record
 from satform_tools.cli import main as cli
 from satform_tools.run import output_folders
@@ -230,56 +224,3 @@ def test_a_cut_chunk_is_a_sentence(
             assert cli.main(["report", str(file)]) == 2
         said = capsys.readouterr().err
         assert said.count("\n") == 1, said
-
-
-@pytest.fixture(scope="module")
-def flown(tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The bytes of a bag of a short flight."""
-    from bag_writing import messages_of, write
-
-    scenario = shortened("triangle", 10.0)
-    folder = tmp_path_factory.mktemp("flown") / "bag"
-    write(folder, scenario, messages_of(simulate(scenario)))
-    (file,) = folder.glob("*.mcap")
-    return file.read_bytes()
-
-
-EXAMPLES = settings(
-    max_examples=150,
-    derandomize=True,
-    database=None,
-    deadline=None,
-    suppress_health_check=list(HealthCheck),
-)
-
-
-@EXAMPLES
-@given(data=st.data())
-def test_a_bag_damaged_anyhow_is_read_or_refused_in_a_sentence(
-    data: st.DataObject, flown: bytes, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    damaged = bytearray(flown)
-    for _ in range(data.draw(st.integers(1, 5))):
-        place = data.draw(st.integers(0, len(damaged) - 1))
-        change = data.draw(st.sampled_from(["flip", "cut", "insert", "large", "double"]))
-        if change == "flip":
-            damaged[place] ^= 1 << data.draw(st.integers(0, 7))
-        elif change == "cut":
-            del damaged[place : place + data.draw(st.integers(1, 3000))]
-        elif change == "insert":
-            damaged[place:place] = data.draw(st.binary(max_size=40))
-        elif change == "large":
-            damaged[place : place + 8] = b"\xff\xff\xff\x7f\x00\x00\x00\x00"
-        else:
-            damaged[place:place] = damaged[place : place + 500]
-        if not damaged:
-            break
-    file = tmp_path_factory.getbasetemp() / "damaged.mcap"
-    file.write_bytes(bytes(damaged))
-    with bounded():
-        refusal: Any = None
-        try:
-            read_bag(file)
-        except BagError as error:
-            refusal = error
-    assert refusal is None or str(refusal).strip()

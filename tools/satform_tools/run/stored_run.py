@@ -11,7 +11,7 @@ from satform.files.bounded_file import read_json
 from satform.flight.scenario_record import with_chief
 from satform.record.archive import RECORD, RecordError, load_record
 from satform.record.flight_record import FlightRecord
-from satform.scenario import Scenario, load_scenario
+from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform.scenario.expectation import Verdict
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER
@@ -92,6 +92,8 @@ def find(run: Path) -> StoredRun:
     """
     try:
         stored = _find(run)
+    except ScenarioError as error:
+        raise CommandError(f"{run}: {error.first}") from None
     except (OSError, ValueError) as error:
         reason = sentence_of(error) if isinstance(error, OSError) else str(error)
         raise CommandError(f"{run}: {reason}") from None

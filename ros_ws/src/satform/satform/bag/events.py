@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from satform.bag.message_types import TopicMessages, decoded
+from satform.common.printable_text import reason
 from satform.consensus.graph import Graph
 
 STATUS_TYPE = "satform_msgs/msg/FormationStatus"
@@ -105,7 +106,9 @@ def read_events(topics: Iterable[TopicMessages]) -> Events:
                 satellite = entry.topic.strip("/").partition("/")[0]
                 changes += [_change(message, satellite) for message in messages]
         except Exception as error:  # the decoder is made from the bag's text, which may be any
-            raise EventError(f"{entry.topic} has messages that are not {entry.type_name}: {error}") from None
+            raise EventError(
+                f"{entry.topic} has messages that are not {entry.type_name}: {reason(error)}"
+            ) from None
     return Events(
         tuple(sorted(statuses, key=lambda status: status.step)),
         tuple(sorted(changes, key=lambda change: change.step)),

@@ -46,11 +46,17 @@ def decoded(messages: TopicMessages) -> tuple[list[Any], dict[int, str]]:
     Raises:
         Exception: of many kinds; the decoder is made from the bag's text, which may be any.
     """
-    types = get_types_from_msg(messages.definition, messages.type_name)
+    store, names = _decoder(messages.type_name, messages.definition)
+    return [store.deserialize_cdr(data, messages.type_name) for data in messages.messages], dict(names)
+
+
+@lru_cache(maxsize=64)
+def _decoder(type_name: str, definition: str) -> tuple[Any, dict[int, str]]:
+    """What decodes messages of a type, and its constants; made once, since it is compiled from the text."""
+    types = get_types_from_msg(definition, type_name)
     store = get_typestore(Stores.EMPTY)
     store.register(types)
-    names = {int(value): name.lower() for name, _, value in types[messages.type_name][0]}
-    return [store.deserialize_cdr(data, messages.type_name) for data in messages.messages], names
+    return store, {int(value): name.lower() for name, _, value in types[type_name][0]}
 
 
 @lru_cache(maxsize=64)

@@ -41,6 +41,7 @@ from satform.bag.record_arrays import (
 )
 from satform.bag.records import ExpansionError, records
 from satform.bag.tables import Gaps, Table, read_table
+from satform.common.printable_text import reason
 from satform.communication.topic_table import (
     CLOCK,
     OPTIONAL_OF_EXTERNAL,
@@ -207,8 +208,8 @@ def _scan(file: Path) -> _Contents:
         raise BagError(f"{file}: {error}") from None
     except READ_FAILURES as error:
         if contents.scenario is None and not contents.messages:
-            reason = str(error) or "it ends too early"
-            raise BagError(f"{file}: is not an MCAP file that can be read: {reason}") from None
+            why = reason(error) if str(error) else "it ends too early"
+            raise BagError(f"{file}: is not an MCAP file that can be read: {why}") from None
     return contents
 
 
@@ -233,10 +234,12 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
                 f"{file}:{SCENARIO_ATTACHMENT}",
                 files=FileSource(file.parent, contents.files, recorded=True),
             )
-        except (ScenarioError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
+            raise BagError(f"{file}: the scenario in it is not UTF-8 text: {error}") from None
+        except ScenarioError as error:
             raise BagError(
                 f"{file}: the scenario in it cannot be read, perhaps since another version recorded it: "
-                f"{error}"
+                f"{error.first}"
             ) from None
     elif isinstance(record, Metadata) and record.name == RUN_METADATA:
         contents.versions = dict(record.metadata)
@@ -251,7 +254,7 @@ def _messages(contents: _Contents, topic: str, file: Path) -> list[Any]:
     try:
         return decoded(contents.of(topic))[0]
     except Exception as error:  # the decoder is made from the bag's text, which may be any
-        raise BagError(f"{file}: {topic} has messages of another form: {error}") from None
+        raise BagError(f"{file}: {topic} has messages of another form: {reason(error)}") from None
 
 
 def _events(contents: _Contents, scenario: Scenario, statuses: list[FormationStatus], file: Path) -> Plan:
@@ -264,7 +267,7 @@ def _events(contents: _Contents, scenario: Scenario, statuses: list[FormationSta
     try:
         return happened(statuses, changes, scenario.membership_plan())
     except (AttributeError, IndexError, TypeError, ValueError) as error:
-        raise BagError(f"{file}: what happened in the flight cannot be read: {error}") from None
+        raise BagError(f"{file}: what happened in the flight cannot be read: {reason(error)}") from None
 
 
 def _history(contents: _Contents, file: Path) -> Events:
@@ -294,7 +297,7 @@ def _gaps(
                 if command.header.frame_id and command.step + 1 == status.step:
                     final_commands[name, status.step] = command
     except (AttributeError, TypeError, ValueError) as error:
-        raise BagError(f"{file}: {STATUS} has messages of another form: {error}") from None
+        raise BagError(f"{file}: {STATUS} has messages of another form: {reason(error)}") from None
     held = held_steps(scenario.command_timeout, scenario.timing.step) if contents.clocked else None
     return Gaps(absences, final_commands, len(contents.messages.get(CLOCK, [])), held), early_end
 

@@ -33,6 +33,7 @@ from satform.campaign.model import Campaign
 from satform.campaign.result_files import ResultFile, all_results, read_results, result_files
 from satform.campaign.results import CaseResult, ResultsHash
 from satform.campaign.software import software
+from satform.common.name_list import listed
 from satform.files.durable_file import write_durably
 from satform.scenario import ScenarioError
 
@@ -119,11 +120,19 @@ class CampaignFolder:
         """The campaign as it was started.
 
         Raises:
-            FolderError: its file was changed since.
+            FolderError: its file was changed since, or the manifest is of another campaign.
             ScenarioError: its file is not a campaign any more.
         """
         campaign = load_campaign(self.path / "campaign.json")
         self.require(campaign, self.path / "campaign.json")
+        manifest, names = self.manifest, campaign.figure_names
+        if (manifest.cases, manifest.columns.figures) != (campaign.cases, names) or not set(
+            manifest.columns.judged
+        ) <= set(names):
+            raise FolderError(
+                f"{self.path / MANIFEST}: has {manifest.cases} cases with the figures "
+                f"{listed(manifest.columns.figures)}; the campaign has {campaign.cases} with {listed(names)}"
+            )
         return campaign
 
     def require(self, campaign: Campaign, file: Path) -> None:

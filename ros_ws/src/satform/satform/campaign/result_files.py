@@ -14,6 +14,7 @@ import io
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.campaign.results import CaseResult, Columns
+from satform.campaign.parquet_file import ParquetError, ParquetFile
+from satform.campaign.results import CaseResult, Columns, Kind
 from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import write_durably
 from satform.numeric.elementwise import Array
@@ -39,9 +41,8 @@ _SERIES_FILE = "series_file"
 _CAMPAIGN = "campaign_digest"
 """Entry of the metadata of a file of results: digest of the campaign."""
 
-_MOST_BYTES = 2**31
-_BATCH = 1024
-"""Rows that are read at once."""
+_MOST_BYTES = 2**29
+"""Size of the largest file that is read; series of the cases of a file have 64 megabytes at most."""
 
 
 class ResultFileError(ValueError):
@@ -162,8 +163,12 @@ def read_results(file: ResultFile, schema: ResultSchema) -> Iterator[CaseResult]
         OSError: it cannot be read.
         ResultFileError: it is damaged, of another campaign, or has cases that the campaign does not have.
     """
-    reader = _opened(file.path, _content(file.path))
-    digest = _metadata(reader, _CAMPAIGN)
+    with _opened(file.path) as opened:
+        yield from _checked_results(file, schema, opened)
+
+
+def _checked_results(file: ResultFile, schema: ResultSchema, opened: ParquetFile) -> Iterator[CaseResult]:
+    digest = opened.metadata.get(_CAMPAIGN, "")
     if digest != schema.digest:
         raise ResultFileError(
             file.path,
@@ -173,10 +178,12 @@ def read_results(file: ResultFile, schema: ResultSchema) -> Iterator[CaseResult]
     if file.last >= schema.cases:
         raise ResultFileError(file.path, f"has case {file.last}, and the campaign has {schema.cases} cases")
     last = file.first - 1
-    for rows in _batches(file.path, reader):
+    for rows in opened.batches():
         try:
             results = _results(rows, schema.columns)
-        except (KeyError, TypeError, ValueError) as error:
+        except KeyError as error:
+            raise ResultFileError(file.path, f"does not have the column {error} of this campaign") from None
+        except TypeError as error:
             raise ResultFileError(file.path, f"does not have the columns of this campaign: {error}") from None
         for result in results:
             if not last < result.number <= file.last:
@@ -256,21 +263,27 @@ def series_of(file: ResultFile) -> Iterator[tuple[int, dict[str, Array]]]:
 
 
 def _read_series(path: Path) -> Iterator[tuple[int, dict[str, Array]]]:
-    from arro3.core import list_flatten, list_offsets  # noqa: PLC0415 - an extra
+    with _opened(path) as opened:
+        try:
+            shapes: dict[str, list[int]] = json.loads(opened.metadata["shapes"])
+            for rows in opened.batches():
+                yield from _series_of_rows(rows, shapes)
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError) as error:
+            raise ResultFileError(path, f"has no series of cases: {error}") from None
 
-    for rows in _batches(path, _opened(path, _content(path))):
-        shapes: dict[str, list[int]] = json.loads(rows.schema.metadata[b"shapes"])
-        ends = {name: list_offsets(rows[name]).to_numpy().tolist() for name in shapes}
-        values = {name: list_flatten(rows[name]).to_numpy() for name in shapes}
-        for row, number in enumerate(rows["number"].to_numpy().tolist()):
-            found = {}
-            for name, shape in shapes.items():
-                first = ends[name][0]
-                part = values[name][ends[name][row] - first : ends[name][row + 1] - first]
-                if len(part):
-                    found[name] = part.reshape(-1, *shape)
-            if found:
-                yield number, found
+
+def _series_of_rows(
+    rows: dict[str, Any], shapes: dict[str, list[int]]
+) -> Iterator[tuple[int, dict[str, Array]]]:
+    for row, number in enumerate(rows["number"]):
+        found = {}
+        for name, shape in shapes.items():
+            ends, values = rows[name]
+            part = values[ends[row] - ends[0] : ends[row + 1] - ends[0]]
+            if len(part):
+                found[name] = part.reshape(-1, *shape)
+        if found:
+            yield int(number), found
 
 
 def verify(file: ResultFile, schema: ResultSchema) -> NDArray[np.int64]:
@@ -304,19 +317,14 @@ def series_file(file: ResultFile) -> Path | None:
         OSError: the file of results cannot be read.
         ResultFileError: the file of results is damaged, or that of the series is missing.
     """
-    name = _metadata(_opened(file.path, _content(file.path)), _SERIES_FILE)
+    with _opened(file.path) as opened:
+        name = opened.metadata.get(_SERIES_FILE, "")
     if not name:
         return None
     series = file.path.parent.parent / SERIES / Path(name).name
     if not series.exists():
         raise ResultFileError(file.path, f"the series of its cases are missing: there is no {series}")
     return series
-
-
-def _metadata(reader: Any, name: str) -> str:
-    """An entry of a file's metadata; empty where there is none."""
-    content: bytes = reader.schema.metadata.get(name.encode(), b"")
-    return content.decode(errors="replace")
 
 
 def _content(path: Path) -> bytes:
@@ -327,22 +335,22 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _batches(path: Path, reader: Any) -> Iterator[Any]:
+@contextmanager
+def _opened(path: Path) -> Iterator[ParquetFile]:
+    """A file whose content has its digest; closed afterwards.
+
+    Raises:
+        OSError: it cannot be read.
+        ResultFileError: it is damaged; also where its rows are read within the context.
+    """
+    content = _content(path)
     try:
-        yield from reader
-    except (OSError, ResultFileError):
-        raise
-    except Exception as error:  # the parser has no class of its own for its errors
-        raise ResultFileError(path, f"cannot be read: {error}") from None
-
-
-def _opened(path: Path, content: bytes) -> Any:
-    """Reader of a file's rows; only content that has its digest is parsed."""
-    from arro3.io import read_parquet  # noqa: PLC0415 - an extra
-
-    try:
-        return read_parquet(content, batch_size=_BATCH)
-    except Exception as error:  # likewise
+        opened = ParquetFile(content)
+        try:
+            yield opened
+        finally:
+            opened.close()
+    except ParquetError as error:
         raise ResultFileError(path, f"cannot be read: {error}") from None
 
 
@@ -401,9 +409,48 @@ def result_columns(results: Sequence[CaseResult], columns: Columns) -> dict[str,
     return data
 
 
-def _results(rows: Any, columns: Columns) -> list[CaseResult]:
-    plain = {name: rows[name].to_pylist() for name in rows.schema.names}
-    count = rows.num_rows
+_TYPES: dict[str, tuple[type, ...]] = {
+    "number": (int,),
+    "success": (bool,),
+    "reason": (str,),
+    "lost": (bool,),
+    "stacked": (bool,),
+    "state_hash": (str, type(None)),
+    "record_path": (str, type(None)),
+}
+"""Types of the values of columns that all campaigns have."""
+
+_CHANGES: dict[Kind, tuple[type, ...]] = {
+    "number": (float, type(None)),
+    "integer": (int, type(None)),
+    "boolean": (bool, type(None)),
+    "text": (str, type(None)),
+}
+"""Types of the values of a change."""
+
+
+def _require_types(plain: dict[str, Any], columns: Columns) -> None:
+    """Check that the columns of a file have values of their types.
+
+    Raises:
+        KeyError: a column is missing.
+        TypeError: a column has another type.
+    """
+    types = {
+        **_TYPES,
+        **{f"change.{path}": _CHANGES[kind] for path, kind in columns.changes.items()},
+        **{f"figure.{name}": (float,) for name in columns.figures},
+        **{f"met.{name}": (bool,) for name in columns.judged},
+    }
+    for name, allowed in types.items():
+        wrong = next((value for value in plain[name] if type(value) not in allowed), None)
+        if wrong is not None or (type(None) not in allowed and None in plain[name]):
+            raise TypeError(f"the column {name} has a value of type {type(wrong).__name__}")
+
+
+def _results(plain: dict[str, Any], columns: Columns) -> list[CaseResult]:
+    _require_types(plain, columns)
+    count = len(plain["number"])
     changes = _rows({path: plain[f"change.{path}"] for path in columns.changes}, count)
     figures = _rows({name: plain[f"figure.{name}"] for name in columns.figures}, count)
     met = _rows({name: plain[f"met.{name}"] for name in columns.judged}, count)

@@ -8,7 +8,7 @@ import math
 import struct
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from satform.numeric.elementwise import Array
 
@@ -114,7 +114,12 @@ class Columns:
             TypeError: something is of another type.
         """
         of_loops = tuple(data.get("of_loops", ()))
-        return cls(dict(data["changes"]), tuple(data["figures"]), tuple(data["judged"]), of_loops)
+        found = cls(dict(data["changes"]), tuple(data["figures"]), tuple(data["judged"]), of_loops)
+        names = (*found.changes, *found.figures, *found.judged, *found.of_loops)
+        kinds = set(get_args(Kind))
+        if not all(isinstance(name, str) for name in names) or not set(found.changes.values()) <= kinds:
+            raise TypeError("a name of a column is no text, or a type of a column is unknown")
+        return found
 
 
 def failure_text(error: Exception) -> str:

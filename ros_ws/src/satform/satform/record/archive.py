@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from satform.common.printable_text import reason
 from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
 from satform.record.early_end import EarlyEnd
@@ -66,7 +67,8 @@ def load_record(path: Path) -> FlightRecord:
         archive = read_archive(path)
         head = json.loads(str(archive["head"]))
         # Records of earlier versions have no estimates of filters and no plans.
-        count = len(head["satellites"])
+        names = [_text(name) for name in head["satellites"]]
+        count = len(names)
         arrays: dict[str, Any] = {}
         for equipment in OPTIONAL_EQUIPMENT:
             arrays |= without(equipment, count, None)
@@ -78,7 +80,7 @@ def load_record(path: Path) -> FlightRecord:
         end = head.get("early_end")
         early_end = None if end is None else EarlyEnd.of(end)
         return FlightRecord(
-            tuple(head["satellites"]),
+            tuple(names),
             float(head["step"]),
             **arrays,
             early_end=early_end,
@@ -89,7 +91,13 @@ def load_record(path: Path) -> FlightRecord:
             central_source=None,
         )
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise RecordError(f"{path}: is not the record of a run: {error}") from None
+        raise RecordError(f"{path}: is not the record of a run: {reason(error)}") from None
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"found {value!r:.60}; the name of a satellite is text")
+    return value
 
 
 def _navigation(archive: Mapping[str, NDArray[Any]]) -> NavigationHistory | None:

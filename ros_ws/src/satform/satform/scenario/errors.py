@@ -8,6 +8,8 @@ The sentences come from `yaml_reader` (YAML syntax and size), `field_errors` (fi
 
 from dataclasses import dataclass
 
+from satform.common.printable_text import printable
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -27,7 +29,8 @@ class Problem:
 
     def __str__(self) -> str:
         location = self.file if self.line is None else f"{self.file}:{self.line}"
-        return f"{location}: {self.field}: {self.sentence}" if self.field else f"{location}: {self.sentence}"
+        field = f"{self.field}: " if self.field else ""
+        return printable(f"{location}: {field}{self.sentence}")
 
 
 class ScenarioError(ValueError):
@@ -36,6 +39,12 @@ class ScenarioError(ValueError):
     def __init__(self, problems: list[Problem]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))
         self.problems = problems
+
+    @property
+    def first(self) -> str:
+        """The first problem and how many there are besides, as one clause of a sentence."""
+        more = len(self.problems) - 1
+        return f"{self.problems[0]}{f', and {more} more' if more else ''}"
 
     def __reduce__(self) -> tuple[type["ScenarioError"], tuple[list[Problem]]]:
         """How it is pickled: by its problems, not by the text that is made of them."""

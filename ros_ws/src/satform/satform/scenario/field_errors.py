@@ -257,10 +257,15 @@ def _kinds(path: FieldPath, root: type[Spec] | None, data: Any) -> list[str]:
     plugin = _plugin_in(annotation)
     if plugin is not None:
         return sorted(specs(plugin.group))
-    kinds = {
-        model.model_fields["kind"].default for model in _models_in(annotation) if "kind" in model.model_fields
-    }
+    kinds = {kind for model in _models_in(annotation) for kind in _kinds_of(model)}
     return sorted(kinds) if len(kinds) > 1 else []
+
+
+def _kinds_of(model: type[Spec]) -> tuple[str, ...]:
+    """The kinds that a specification may have; a class may have several, and then no default."""
+    field = model.model_fields.get("kind")
+    kinds = () if field is None else get_args(field.annotation)
+    return tuple(kind for kind in kinds if isinstance(kind, str))
 
 
 def _annotation(path: FieldPath, root: type[Spec] | None, data: Any) -> tuple[Any, Any]:
@@ -293,11 +298,7 @@ def _model_in(annotation: Any, kind: str | None) -> type[Spec] | None:
         known = specs(plugin.group)
         return next(iter(known.values())) if len(known) == 1 else known.get(kind or "")
     models = _models_in(annotation)
-    chosen = [
-        model
-        for model in models
-        if kind and "kind" in (own := model.model_fields) and own["kind"].default == kind
-    ]
+    chosen = [model for model in models if kind in _kinds_of(model)]
     return next(iter((*chosen, *models)), None)
 
 

@@ -82,11 +82,20 @@ def require_secured(keystore: Path, nodes: Sequence[NodeProcess], domain: int) -
             f"0 to {HIGHEST_SECURED}; set one of these"
         )
     for node in nodes:
-        _require_enclave(keystore, node.enclave)
+        require_enclave(keystore, node.enclave)
     _require_middleware(keystore, nodes[0].enclave, domain)
 
 
-def _require_enclave(keystore: Path, enclave: str) -> None:
+def require_enclave(keystore: Path, enclave: str) -> None:
+    """Go on only if the keys of an enclave are there, and closed to others.
+
+    Args:
+        keystore: its folder.
+        enclave: path in the keystore.
+
+    Raises:
+        SecurityError: they are not.
+    """
     folder = keystore / "enclaves" / enclave.lstrip("/")
     missing = [name for name in _FILES if not (folder / name).is_file()]
     if missing:

@@ -5,11 +5,15 @@
 Restarts by plan and by policy are in `supervisor`.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from satform.common.exit_codes import EXIT_BAD_INPUT
+from satform.common.name_list import listed
+from satform.common.printable_text import printable
 from satform.files.bounded_file import read_json
 from satform_bringup import LOG_FOLDER, PROCESSES_FILE
+from satform_bringup.deployment.domain_lock import HIGHEST
 from satform_bringup.deployment.external_nodes import ENVIRONMENT_FILE
 from satform_bringup.deployment.node_processes import NodeProcess
 from satform_bringup.supervisor import process_server
@@ -46,6 +50,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
         nodes = {node["name"]: NodeProcess(**node) for node in kept["nodes"]}
         domain, environment = int(kept["domain"]), dict(kept["environment"])
         external = list(kept.get("external", []))
+        _require_startable(nodes.values(), domain, environment)
     except OSError as error:
         sentence = f"{file}: cannot be read: {error.strerror}; name the folder of a run that is under way"
         raise RejoinError(sentence) from None
@@ -58,8 +63,23 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
         )
     if name not in nodes or nodes[name].executable not in ("satellite_node", "group_node"):
         satellites = [node.name for node in nodes.values() if node.executable.startswith(("sat", "group"))]
-        raise RejoinError(f"{run}: has no satellite {name}; there are {', '.join(satellites)}")
+        raise RejoinError(f"{run}: has no satellite {name}; there are {printable(listed(satellites))}")
     return nodes[name], domain, environment
+
+
+def _require_startable(nodes: Iterable[NodeProcess], domain: int, environment: dict[str, str]) -> None:
+    """Check that processes can be started as a file says.
+
+    Raises:
+        ValueError: they cannot.
+    """
+    texts = [*environment, *environment.values()]
+    for node in nodes:
+        texts += [node.name, node.executable, node.enclave, node.namespace, *node.parameters]
+    if not all(isinstance(text, str) and "\0" not in text for text in texts):
+        raise ValueError("names and variables of the environment are texts")
+    if not 0 <= domain <= HIGHEST:
+        raise ValueError(f"{domain} is no DDS domain")
 
 
 def rejoin(run: Path, name: str) -> int:

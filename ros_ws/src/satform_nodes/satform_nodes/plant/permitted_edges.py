@@ -11,10 +11,14 @@ import numpy as np
 
 from satform.communication.topic_table import topic_name
 from satform.consensus.graph import Graph
+from satform.files.bounded_file import read_bounded
 from satform.flight.compile import FormationPlan
 
 POLICIES = "policies.xml"
 """In a keystore: the permissions of all nodes, as an SROS 2 policy."""
+
+MOST_BYTES = 100_000_000
+"""Size of the largest list that is read; that of a satellite has a line for each of its in-neighbours."""
 
 
 def permitted_graph(plan: FormationPlan, environment: Mapping[str, str] = os.environ) -> Graph | None:
@@ -35,9 +39,11 @@ def permitted_graph(plan: FormationPlan, environment: Mapping[str, str] = os.env
         return None
     planned = plan.membership.possible_graph
     try:
+        path = Path(environment.get("ROS_SECURITY_KEYSTORE", "")) / POLICIES
         # What expat expands of entities is bounded.
-        root = ET.parse(Path(environment.get("ROS_SECURITY_KEYSTORE", "")) / POLICIES).getroot()  # noqa: S314
-    except (OSError, ET.ParseError):
+        root = ET.fromstring(read_bounded(path, MOST_BYTES, "a list of permissions"))  # noqa: S314
+    except (OSError, ET.ParseError, LookupError, ValueError):
+        # The last two are about the encoding that the document says it has.
         return planned
     adjacency = np.zeros_like(planned.adjacency)
     for enclave in root.iterfind("enclaves/enclave"):

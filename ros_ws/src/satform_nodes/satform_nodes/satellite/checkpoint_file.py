@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_LOST
+from satform.common.printable_text import reason
 from satform.files.bounded_file import read_bounded
 from satform.files.durable_file import reason_text, write_durably
 from satform.flight.checkpoint import restore, save
@@ -90,7 +91,7 @@ class CheckpointFile:
             satellite.rearrange([None] * len(before))
             restore(satellite, self._data)
         except ValueError as error:
-            raise NodeError(f"{self._file}: {error}", EXIT_LOST) from None
+            raise NodeError(f"{self._file}: {reason(error)}", EXIT_LOST) from None
         satellite.rearrange([before.index(index) if index in before else None for index in neighbours])
 
     def due(self, step: int) -> bool:
