@@ -9,7 +9,7 @@ over arrays for this step. The formulas are those of the arrays, so both have th
 """
 
 import dataclasses
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from copy import copy
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -19,13 +19,15 @@ import numpy as np
 from satform.flight.flight_log import FlightGroup, FlightLog
 from satform.flight.plant import Plant
 from satform.flight.satellite_step import SatelliteState
+from satform.numeric.array_trees import arrays_of, filled, numbers_of_arrays, others_of, same_bits
 from satform.numeric.elementwise import Array
 from satform.numeric.recorded_arrays import (
     NotRecordableError,
-    Number,
     Recorded,
     Recording,
     elements,
+    is_own,
+    paired,
     recorded,
 )
 from satform.numeric.straight_line import Program, program
@@ -153,17 +155,7 @@ def _suits(flight: Flying) -> bool:
     """
     parts = [flight.plant.dynamics, *(group.satellite.plan for group in flight.groups)]
     count = len(flight.log.record.satellites)
-    return count <= MOST_SATELLITES and flight.log.record.navigation is None and all(map(_is_own, parts))
-
-
-def _is_own(part: Any) -> bool:
-    """Whether an object and those in it are of this package, or plain data."""
-    if isinstance(part, tuple | list):
-        return all(map(_is_own, part))
-    package = type(part).__module__.split(".")[0]
-    if dataclasses.is_dataclass(part):
-        return package == "satform" and all(_is_own(getattr(part, f.name)) for f in dataclasses.fields(part))
-    return package in ("satform", "builtins", "numpy", "datetime")
+    return count <= MOST_SATELLITES and flight.log.record.navigation is None and all(map(is_own, parts))
 
 
 class _RecordedStep:
@@ -191,7 +183,7 @@ class _RecordedStep:
             return False
         results = [np.ravel(column.target[self._first + column.offset]) for column in self._columns]
         rows, self._rows = self._rows, []
-        return _same_bits(self._trial, self._state.numbers()) and _same_bits(rows, np.concatenate(results))
+        return same_bits(self._trial, self._state.numbers()) and same_bits(rows, np.concatenate(results))
 
     def fly(self, step: int, end: int) -> int:
         if self._carried is None:
@@ -224,12 +216,6 @@ class _RecordedStep:
                 position += column.size
         self._rows.clear()
         self._first = self._next
-
-
-def _same_bits(first: Any, second: Any) -> bool:
-    one, two = (np.asarray(values, dtype=np.float64) for values in (first, second))
-    unequal = one.view(np.uint64) != two.view(np.uint64)
-    return not bool((unequal & ~(np.isnan(one) & np.isnan(two))).any())
 
 
 @dataclass
@@ -310,10 +296,14 @@ class _Part:
     name: str
 
     def get(self) -> Any:
-        return getattr(self.owner, self.name)
+        """The value, without the number of the step that a satellite counts."""
+        value = getattr(self.owner, self.name)
+        return dataclasses.replace(value, step=0) if isinstance(value, SatelliteState) else value
 
-    def set(self, value: Any) -> None:
-        setattr(self.owner, self.name, value)
+    def set(self, value: Any, step: Any) -> None:
+        """Set the value, and the number of the step of a satellite."""
+        own = isinstance(value, SatelliteState)
+        setattr(self.owner, self.name, dataclasses.replace(value, step=step) if own else value)
 
 
 class _State:
@@ -336,60 +326,25 @@ class _State:
         """Set for each number of all leaves, one after another, its index among those of the program."""
         self._indices = indices
 
-    def leaves(self) -> list[Array]:
-        found: list[Array] = []
-        for part in self.parts:
-            _leaves(part.get(), found)
-        return found
+    def whole(self) -> tuple[Any, ...]:
+        return tuple(part.get() for part in self.parts)
+
+    def set(self, whole: tuple[Any, ...], step: Any) -> None:
+        """Set the objects to a state before a step."""
+        for part, value in zip(self.parts, whole, strict=True):
+            part.set(value, step)
+        for counter in self._counters:
+            counter.set(step, step)
 
     def numbers(self) -> tuple[float, ...]:
-        values = [value for leaf in self.leaves() for value in np.ravel(leaf).tolist()]
+        """Numbers that the program carries."""
+        values = numbers_of_arrays(arrays_of(self.whole()))
         # Of equal indices the numbers are equal.
         return tuple(dict(zip(self._indices, values, strict=True)).values())
 
     def settle(self, carried: Sequence[float], step: int) -> None:
-        """Set the objects to the state before a step."""
-        ahead = iter([carried[index] for index in self._indices])
-
-        def filled(leaf: Array) -> Array:
-            own = [next(ahead) for _ in range(np.size(leaf))]
-            if isinstance(leaf, np.generic):
-                return type(leaf)(own[0])
-            return np.array(own, dtype=leaf.dtype).reshape(leaf.shape)
-
-        for part in self.parts:
-            part.set(_with_leaves(part.get(), filled, step))
-        for counter in self._counters:
-            counter.set(step)
-
-
-def _leaves(value: Any, found: list[Any]) -> None:
-    """Add the arrays of dataclasses and tuples to a list, in order."""
-    if isinstance(value, np.ndarray | np.generic):
-        found.append(value)
-    elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-        for field in dataclasses.fields(value):
-            if not (isinstance(value, SatelliteState) and field.name == "step"):
-                _leaves(getattr(value, field.name), found)
-    elif isinstance(value, tuple):
-        for part in value:
-            _leaves(part, found)
-
-
-def _with_leaves(value: Any, change: Callable[[Any], Any], step: Any) -> Any:
-    """The same with other arrays, and another number of the step where a satellite counts it."""
-    if isinstance(value, np.ndarray | np.generic):
-        return change(value)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        parts = {
-            f.name: _with_leaves(getattr(value, f.name), change, step) for f in dataclasses.fields(value)
-        }
-        if isinstance(value, SatelliteState):
-            parts["step"] = step
-        return dataclasses.replace(value, **parts)
-    if isinstance(value, tuple):
-        return tuple(_with_leaves(part, change, step) for part in value)
-    return value
+        """Set the objects to the state before a step, from numbers that the program carries."""
+        self.set(filled(self.whole(), [carried[index] for index in self._indices]), step)
 
 
 def _recorded_step(flight: Flying, number: int) -> _RecordedStep:
@@ -401,57 +356,21 @@ def _recorded_step(flight: Flying, number: int) -> _RecordedStep:
     recording = Recording()
     step = recording.inputs(np.asarray(number))
     state = _State(flight)
-    before = state.leaves()
-    shared: dict[int, Recorded] = {}
-
-    def made(leaf: Any) -> Recorded:
-        if id(leaf) not in shared:
-            shared[id(leaf)] = recording.inputs(leaf)
-        return shared[id(leaf)]
-
     own = _copied(flight, number)
     own_state = _State(own)
-    for part in own_state.parts:
-        part.set(_with_leaves(part.get(), made, step))
+    own_state.set(recording.inputs_of(state.whole()), step)
     # A list of numbers each: arrays of messages are written into.
-    inputs = [elements(leaf) for leaf in own_state.leaves()]
-    own.plant.step = step
-    own.log.step = step
-    try:
+    inputs = [elements(array) for array in arrays_of(own_state.whole())]
+    with recording:
         own.fly_step(step)
-    except (ArithmeticError, AttributeError, IndexError, LookupError, TypeError, ValueError) as error:
-        # A law may use anything of numpy; what does not work on recorded arrays goes over arrays.
-        raise NotRecordableError(str(error)) from error
-    after = own_state.leaves()
-    if [np.shape(leaf) for leaf in after] != [np.shape(leaf) for leaf in before]:
-        raise NotRecordableError("the state of the flight changes its shape")
-    carried, indices = _carried(inputs, after)
+    before, after = state.whole(), own_state.whole()
+    if others_of(before) != others_of(after):
+        raise NotRecordableError("the state of the flight changes in more than numbers")
+    carried, indices = paired(inputs, arrays_of(after))
     state.carry(indices)
     columns = own.log.record.columns()
     results = [item for column in columns for item in elements(column.values)]
     return _RecordedStep(program(recording, elements(step)[0], carried, results), state, columns, number)
-
-
-def _carried(inputs: list[list[Any]], after: list[Array]) -> tuple[list[tuple[Number, Any]], list[int]]:
-    """Inputs with what they become, and for each number of all leaves its index among them."""
-    indices: dict[int, int] = {}
-    carried: list[tuple[Number, Any]] = []
-    of_leaves: list[int] = []
-    for one, two in zip(inputs, map(elements, after), strict=True):
-        for number, following in zip(one, two, strict=True):
-            index = indices.setdefault(number.index, len(carried))
-            if index == len(carried):
-                carried.append((number, following))
-            elif not _alike(carried[index][1], following):
-                raise NotRecordableError("parts of the state are one array, and are no longer after a step")
-            of_leaves.append(index)
-    return carried, of_leaves
-
-
-def _alike(one: Any, two: Any) -> bool:
-    if type(one) is Number or type(two) is Number:
-        return type(one) is type(two) and one.index == two.index
-    return repr(one) == repr(two)
 
 
 def _copied(flight: Flying, number: int) -> Any:

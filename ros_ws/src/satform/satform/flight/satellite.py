@@ -33,6 +33,7 @@ from satform.control.protocol import (
     ReportsFailures,
 )
 from satform.equipment.sensors.relative_motion import Measurement
+from satform.flight.float_act import WORTHWHILE, FloatAct, StepInputs
 from satform.flight.plans import FlightPlan
 from satform.flight.satellite_step import (
     Decision,
@@ -77,7 +78,41 @@ class Satellite:
         self._announces: Announces = "motion" if isinstance(plan.consensus, MotionSharing) else "arc_length"
         width = WIDTH[self._announces] + (0 if plan.navigation is None else plan.navigation.message_width)
         inbox = NeighbourBuffer.empty((*np.shape(plan.arc_length), neighbours), width)
-        self.state = SatelliteState(0, plan.arc_length, plan.rate, first_announcement(plan), None, inbox)
+        self._floats: FloatAct | None = None
+        self._state: SatelliteState | None = SatelliteState(
+            0, plan.arc_length, plan.rate, first_announcement(plan), None, inbox
+        )
+
+    @property
+    def state(self) -> SatelliteState:
+        """What the satellite remembers before its next step."""
+        if self._state is None:
+            assert self._floats is not None  # noqa: S101 - it has flown the last step
+            self._state = self._floats.program.state
+        return self._state
+
+    @state.setter
+    def state(self, state: SatelliteState) -> None:
+        self._state = state
+
+    @property
+    def step(self) -> int:
+        """Number of the step that comes next."""
+        if self._state is None and self._floats is not None:
+            return self._floats.program.step
+        return self.state.step
+
+    def repeat_on_floats(self, steps: int) -> None:
+        """Fly by a program on floats where it has the bits of arrays, which is faster for few satellites.
+
+        Args:
+            steps: of the whole flight.
+        """
+        self._floats = FloatAct(steps) if steps >= WORTHWHILE else None
+
+    def fly_over_arrays(self) -> None:
+        """Fly over arrays, as a new satellite does."""
+        self._state, self._floats = self.state, None
 
     @classmethod
     def stacked(cls, plans: Sequence[FlightPlan], neighbours: int) -> "Satellite":
@@ -109,6 +144,8 @@ class Satellite:
 
     def announce(self) -> NeighbourMessage:
         """The message for the neighbours in the coming step."""
+        if self._state is None and self._floats is not None:
+            return self._floats.program.announcement
         return self.state.announcement
 
     def announced_numbers(self) -> Array:
@@ -147,6 +184,30 @@ class Satellite:
         Returns:
             The command with the reference that it follows.
         """
+        floats = self._floats
+        if floats is None or sensed is not None or not received.complete or self.plan.estimator is not None:
+            return self._act(motion, received, measured_step, attitude, applied_acceleration, sensed)
+        inputs = StepInputs(
+            motion, received.values, received.stamp, received.linked, attitude, applied_acceleration
+        )
+        decision = floats.act(self, self._state, inputs)
+        if decision is not None:
+            self._state = None
+            return decision
+        decision = self._act(motion, received, measured_step, attitude, applied_acceleration)
+        floats.compare(decision, self.state)
+        return decision
+
+    def _act(
+        self,
+        motion: Motion,
+        received: Received,
+        measured_step: int | None = None,
+        attitude: Attitude | None = None,
+        applied_acceleration: Array | None = None,
+        sensed: NavigationInput | None = None,
+    ) -> Decision:
+        """One step over arrays; see `act`."""
         plan, state = self.plan, self.state
         inbox = state.inbox.after(received)
         neighbour_states = self._neighbour_states(inbox, received)

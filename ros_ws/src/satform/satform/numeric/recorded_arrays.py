@@ -9,13 +9,17 @@ under which alone the recording holds. What depends on the numbers in any other 
 `NotRecordableError`.
 """
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from satform.numeric.array_trees import with_arrays
 from satform.numeric.elementwise import ARCTAN2, Array
+
+T = TypeVar("T")
 
 
 class NotRecordableError(Exception):
@@ -97,6 +101,23 @@ class Recording:
     def inputs(self, values: Array) -> "Recorded":
         """Numbers that are given to the program, in the shape of an array."""
         return recorded([self.input(value) for value in np.ravel(values).tolist()], np.shape(values))
+
+    def inputs_of(self, value: T) -> T:
+        """A dataclass, tuple or array with inputs as its numbers; the same ones for the same array."""
+        known: dict[int, Recorded] = {}
+        return with_arrays(value, lambda array: known.setdefault(id(array), self.inputs(array)))
+
+    def __enter__(self) -> "Recording":
+        return self
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
+        """Say of a computation that fails that it is not recorded.
+
+        A law may use anything of numpy, and what does not work on recorded arrays fails in any way.
+        """
+        failures = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+        if isinstance(error, failures):
+            raise NotRecordableError(str(error)) from error
 
     def decide(self, number: Number) -> bool:
         """Record that the recording holds only where a number decides as it does now."""
@@ -254,6 +275,57 @@ class Recorded(np.ndarray[Any, Any]):
     sum = prod = mean = std = var = dot = cumsum = argmin = argmax = argsort = sort = round = _not_recorded
     clip = tolist = item = tobytes = searchsorted = nonzero = _not_recorded
     __float__ = __int__ = __index__ = _not_recorded
+
+
+def paired(inputs: Sequence[list[Any]], after: Sequence[Any]) -> tuple[list[tuple[Number, Any]], list[int]]:
+    """Inputs of a recording with what they become after a step.
+
+    Args:
+        inputs: numbers of each array before the step; several arrays may be the same inputs.
+        after: the same arrays after it.
+
+    Returns:
+        Each input once with the number or constant that follows, and for each number of all arrays, one
+        after another, the index of its input in that list.
+
+    Raises:
+        NotRecordableError: arrays have another shape after the step, or are no longer the same.
+    """
+    indices: dict[int, int] = {}
+    carried: list[tuple[Number, Any]] = []
+    of_arrays: list[int] = []
+    following = [elements(array) for array in after]
+    if list(map(len, inputs)) != list(map(len, following)):
+        raise NotRecordableError("arrays have another shape after a step")
+    for one, two in zip(
+        (n for own in inputs for n in own), (n for own in following for n in own), strict=True
+    ):
+        index = indices.setdefault(one.index, len(carried))
+        if index == len(carried):
+            carried.append((one, two))
+        elif not _alike(carried[index][1], two):
+            raise NotRecordableError("parts of the state are one array, and are no longer after a step")
+        of_arrays.append(index)
+    return carried, of_arrays
+
+
+def is_own(part: Any) -> bool:
+    """Whether an object and those in it are of this package, or plain data.
+
+    A part of another package may do more than its result shows, such as count its calls: it is not recorded.
+    """
+    if isinstance(part, tuple | list):
+        return all(map(is_own, part))
+    package = type(part).__module__.split(".")[0]
+    if dataclasses.is_dataclass(part):
+        return package == "satform" and all(is_own(getattr(part, f.name)) for f in dataclasses.fields(part))
+    return package in ("satform", "builtins", "numpy", "datetime")
+
+
+def _alike(one: Any, two: Any) -> bool:
+    if type(one) is Number or type(two) is Number:
+        return type(one) is type(two) and one.index == two.index
+    return repr(one) == repr(two)
 
 
 def recorded(numbers: Sequence[Any], shape: tuple[int, ...]) -> Recorded:

@@ -192,7 +192,9 @@ class SatelliteSteps:
     def _new_software(self) -> Satellite:
         """Flight software that is as at the start of the flight."""
         neighbours = self.neighbour_messages.neighbours
-        return Satellite(self._plan.satellite(self._index, neighbours), len(neighbours))
+        satellite = Satellite(self._plan.satellite(self._index, neighbours), len(neighbours))
+        satellite.repeat_on_floats(self._plan.timing.steps)
+        return satellite
 
     # A step
 
@@ -389,6 +391,7 @@ class SatelliteSteps:
         self._batch = None
         if satellite is not None:
             self.satellite = satellite
+            satellite.repeat_on_floats(self._plan.timing.steps)
 
     def count_batched_step(self, busy: float) -> None:
         """Count a step that the batch has computed.

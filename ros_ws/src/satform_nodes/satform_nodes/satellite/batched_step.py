@@ -85,6 +85,7 @@ class BatchedStep:
         self._nodes = list(satellites)
         self._publishers = [node.publishers for node in satellites]
         self._satellite = stacked
+        stacked.repeat_on_floats(plan.timing.steps)
         self._limits = LimitCheck(plan.limits)
         self._steps = plan.timing.steps
         self._announces = plan.announces

@@ -105,9 +105,9 @@ class CheckpointFile:
             satellite: whose state is written.
             neighbours: indices of its in-neighbours.
         """
-        if self._file is None or not self.due(satellite.state.step):
+        if self._file is None or not self.due(satellite.step):
             return
-        step = satellite.state.step
+        step = satellite.step
         head = _HEAD.pack(step, len(neighbours))
         try:
             self._file.parent.mkdir(exist_ok=True)
