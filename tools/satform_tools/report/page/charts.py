@@ -12,7 +12,7 @@ from satform.evaluation.arc_lengths import arc_length_spread
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
 from satform.plot.style import Unit, length_unit
-from satform.plot.time_series import agrees
+from satform.plot.time_series import has_arc_length_spread
 from satform.record.flight_record import FlightRecord
 from satform_tools.report.event_log import GraphState, graph_states
 from satform_tools.report.page.thinning import extremes
@@ -230,7 +230,7 @@ def _envelope(values: Array) -> Array:
 
 
 def _spread(stored: StoredRun, draw: Drawer) -> Chart | None:
-    if not agrees(stored.scenario):
+    if not has_arc_length_spread(stored.scenario, stored.record):
         return None
     flown = arc_length_spread(stored.record)[:, None]
     axis = "largest minus smallest [m]"

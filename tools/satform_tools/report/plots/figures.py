@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 
 from satform import plot
 from satform.plot.style import (
-    MOST_NAMES,
     STYLE,
     figure,
 )
-from satform.plot.time_series import agrees
+from satform.plot.time_series import has_arc_length_spread
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 from satform_tools.report.plots.overview import overview
@@ -52,7 +51,7 @@ def draw(
     }
     if record.pointing_error.size:
         parts["pointing_error"] = partial(_single, part=plot.pointing_error)
-    if agrees(scenario):
+    if has_arc_length_spread(scenario, record):
         parts["arc_length_spread"] = spread
     files = []
     with mpl.rc_context(STYLE):
@@ -91,8 +90,7 @@ def _single(
     axes = drawn.subplots()
     part(record, axes)
     axes.set_title(f"{axes.get_title(loc='left')}: {scenario.name}")
-    if len(record.satellites) <= MOST_NAMES:
-        axes.legend(loc="upper right", ncols=min(3, len(record.satellites)))
+    axes.legend(loc="upper right", ncols=min(3, len(record.satellites)))
     return drawn
 
 

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The formation in the chief's rotating frame: paths in a plane, or in space with the communication graph."""
+"""The formation in the chief's rotating frame: paths in a plane or in space, and the communication graph."""
 
 from typing import Any
 
@@ -13,27 +13,35 @@ from satform.numeric.elementwise import Array
 from satform.plot.style import (
     FAINT,
     INK,
-    MOST_NAMES,
     axes_or_new,
     colours,
     drawable,
+    labels,
     length_unit,
     time_unit,
 )
+from satform.plot.viewpoint import viewpoint
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
 _AXES = ("radial x", "along-track y", "cross-track z")
+_SPACE = (0, 1, 2)
 
 _FRAMES = 5
 """How often the formation is drawn in its last period."""
 
 _MOST_POINTS = 4000
-_MOST_POINTS_3D = 3000
 _MARGIN = 1.06
 
 
-def orbits(record: FlightRecord, axes: Axes | None = None, *, across: int = 1, up: int = 0) -> Axes:
+def orbits(
+    record: FlightRecord,
+    axes: Axes | None = None,
+    *,
+    across: int = 1,
+    up: int = 0,
+    scenario: Scenario | None = None,
+) -> Axes:
     """Paths of all satellites in one plane of the chief's rotating frame.
 
     Args:
@@ -41,23 +49,18 @@ def orbits(record: FlightRecord, axes: Axes | None = None, *, across: int = 1, u
         axes: to draw on; new ones when left out.
         across: component along the horizontal axis, 0 radial, 1 along-track, 2 cross-track.
         up: component along the vertical axis.
+        scenario: that was flown; if given, the last period is bold, with the edges of the graph.
+
+    Returns:
+        The axes.
     """
     own, axes = axes is None, axes_or_new(axes)
     unit = length_unit(record.position)
-    stride = max(1, len(record.position) // _MOST_POINTS)
-    position = drawable(record.position) / unit.size
-    path, last = position[::stride], position[-1]
-    named = len(record.satellites) <= MOST_NAMES
-    for column, colour in enumerate(colours(len(record.satellites))):
-        name = record.satellites[column] if named else None
-        axes.plot(path[:, column, across], path[:, column, up], color=colour, linewidth=1.0, label=name)
-        axes.plot(path[0, column, across], path[0, column, up], "x", color=colour, markersize=6)
-        axes.plot(last[column, across], last[column, up], "o", color=colour, markersize=6)
-    axes.plot(0.0, 0.0, "+", color=FAINT, markersize=10)
+    _draw_formation(axes, record, drawable(record.position)[..., [across, up]] / unit.size, scenario)
     axes.set_xlabel(f"{_AXES[across]} [{unit.name}]")
     axes.set_ylabel(f"{_AXES[up]} [{unit.name}]")
     axes.set_aspect("equal", adjustable="datalim")
-    if own and named:
+    if own:
         axes.legend(loc="upper right")
     return axes
 
@@ -78,32 +81,45 @@ def orbits_3d(record: FlightRecord, scenario: Scenario, axes: Any = None) -> Any
 
         axes = plt.figure(figsize=(8.0, 7.6)).add_subplot(projection="3d")
     unit = length_unit(record.position)
-    position = drawable(record.position) / unit.size
-    first_row = _last_period_row(scenario, record)
-    named = len(record.satellites) <= MOST_NAMES
-    for column, colour in enumerate(colours(len(record.satellites))):
-        name = record.satellites[column] if named else None
-        _line(axes, position[: first_row + 1, column], color=colour, alpha=0.35, linewidth=0.9)
-        _line(axes, position[first_row:, column], color=colour, linewidth=1.8, label=name)
-        axes.scatter(*position[0, column], marker="x", color=colour, s=32)
-        axes.scatter(*position[-1, column], color=colour, s=46, depthshade=False)
-    _draw_links(axes, scenario, position, first_row)
-    axes.scatter(0.0, 0.0, 0.0, marker="+", color=INK, s=70, label="chief")
+    position = drawable(record.position)[..., _SPACE] / unit.size
+    _draw_formation(axes, record, position, scenario)
     _equal_axes(axes, position)
     axes.set_xlabel(f"radial x [{unit.name}]", labelpad=8)
     axes.set_ylabel(f"along-track y [{unit.name}]", labelpad=10)
     axes.set_zlabel(f"cross-track z [{unit.name}]", labelpad=6)
-    length = (record.steps - first_row) * record.step
-    clock = time_unit(length)
-    axes.set_title(
-        f"Chief's rotating frame: approach (faint), last {length / clock.size:.3g} {clock.name} (bold)",
-        fontsize=10,
-    )
     return axes
 
 
+def line_styles(record: FlightRecord, scenario: Scenario) -> str:
+    """What faint and bold lines of a formation mean, for a title."""
+    length = (record.steps - _last_period_row(scenario, record)) * record.step
+    clock = time_unit(length)
+    return f"Chief's rotating frame: approach (faint), last {length / clock.size:.4g} {clock.name} (bold)"
+
+
+def _draw_formation(axes: Any, record: FlightRecord, position: Array, scenario: Scenario | None) -> None:
+    """Draw paths, first and last positions, the chief, and the edges of the graph.
+
+    Args:
+        axes: plane or in space.
+        record: of the flight.
+        position: components along the axes, shape (K, N, 2) or (K, N, 3).
+        scenario: that was flown; without it all of a path is drawn alike, and no graph.
+    """
+    first_row = 0 if scenario is None else _last_period_row(scenario, record)
+    names = labels(record.satellites)
+    for column, colour in enumerate(colours(len(record.satellites))):
+        _line(axes, position[: first_row + 1, column], color=colour, alpha=0.35, linewidth=0.9)
+        _line(axes, position[first_row:, column], color=colour, linewidth=1.6, label=names[column])
+        axes.plot(*position[:1, column].T, "x", color=colour, markersize=6)
+        axes.plot(*position[-1:, column].T, "o", color=colour, markersize=6)
+    if scenario is not None:
+        _draw_graph(axes, scenario, position, first_row)
+    axes.plot(*np.zeros((position.shape[-1], 1)), "+", color=INK, markersize=9, label="chief")
+
+
 def _line(axes: Any, path: Array, **style: Any) -> None:
-    thin = path[:: max(1, len(path) // _MOST_POINTS_3D)]
+    thin = path[:: max(1, len(path) // _MOST_POINTS)]
     axes.plot(*thin.T, **style)
 
 
@@ -115,11 +131,11 @@ def _last_period_row(scenario: Scenario, record: FlightRecord) -> int:
     return record.steps - round(period / record.step)
 
 
-def _draw_links(axes: Any, scenario: Scenario, position: Array, first_row: int) -> None:
+def _draw_graph(axes: Any, scenario: Scenario, position: Array, first_row: int) -> None:
     """Lines between neighbours, at moments spread over the last period and at the end."""
     last = len(position) - 1
     edges = scenario.communication_graph().edges
-    triangle = position.shape[1] == 3 and len(edges) == 6
+    triangle = position.shape[1:] == (3, 3) and len(edges) == 6
     for frame in reversed(range(_FRAMES)):
         row = last - round(frame * (last - first_row) / _FRAMES)
         style = (
@@ -148,7 +164,8 @@ def _equal_axes(axes: Any, position: Array) -> None:
     for component, setter in enumerate((axes.set_xlim, axes.set_ylim, axes.set_zlim)):
         setter(middle[component] - half[component], middle[component] + half[component])
     axes.set_box_aspect(half, zoom=1.05)
-    axes.view_init(elev=22.0, azim=32.0)
+    elevation, azimuth = viewpoint(points)
+    axes.view_init(elev=elevation, azim=azimuth)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_major_locator(MaxNLocator(5))
         axis.pane.set_facecolor("#fafbfc")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Style of all figures: colours, units, axes, decimation of long series."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,8 +20,8 @@ BLUE, RED = _COLOURS[:2]
 
 INK = "#222222"
 FAINT = "#8a8f98"
-MOST_NAMES = 12
-"""A legend names at most so many satellites."""
+_MOST_NAMES = 12
+"""A legend names all of at most so many satellites."""
 
 _BINS = 1500
 _DOTS_PER_INCH = 150
@@ -95,6 +96,15 @@ def colours(count: int) -> list[Any]:
     if count <= len(_COLOURS):
         return list(_COLOURS[:count])
     return [mpl.colormaps["viridis"](value) for value in np.linspace(0.0, 0.92, count)]
+
+
+def labels(satellites: Sequence[str]) -> list[str | None]:
+    """The name of each satellite for the legend: of all up to twelve, else of the first, middle and last."""
+    last = len(satellites) - 1
+    if last < _MOST_NAMES:
+        return list(satellites)
+    named = (0, last // 2, last)
+    return [name if column in named else None for column, name in enumerate(satellites)]
 
 
 def figure(width: float, height: float) -> Figure:

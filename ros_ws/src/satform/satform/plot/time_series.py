@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from satform.evaluation import arc_lengths
 from satform.numeric.elementwise import Array
 from satform.plot import prediction
-from satform.plot.style import MOST_NAMES, axes_or_new, colours, thinned, time_unit
+from satform.plot.style import axes_or_new, colours, labels, thinned, time_unit
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario
 
@@ -64,9 +64,10 @@ def phases(record: FlightRecord, axes: Axes | None = None) -> Axes:
     )
 
 
-def agrees(scenario: Scenario) -> bool:
-    """Whether there are satellites that agree on their phase."""
-    return scenario.consensus.announces == "arc_length" and bool(scenario.communication_graph().edges)
+def has_arc_length_spread(scenario: Scenario, record: FlightRecord) -> bool:
+    """Whether satellites exchange their arc lengths, and these differ at some time of the flight."""
+    exchanged = scenario.consensus.announces == "arc_length" and scenario.communication_graph().edges
+    return bool(exchanged) and bool(np.any(arc_lengths.arc_length_spread(record) > 0.0))
 
 
 def arc_length_spread(record: FlightRecord, scenario: Scenario, axes: Axes | None = None) -> Axes:
@@ -122,16 +123,15 @@ def _series(
     own, axes = axes is None, axes_or_new(axes)
     unit = time_unit(record.steps * record.step)
     time, thin = thinned(record.time[:-1], values)
-    named = len(record.satellites) <= MOST_NAMES
+    names = labels(record.satellites)
     for column, colour in enumerate(colours(len(record.satellites))):
-        name = record.satellites[column] if named else None
-        axes.plot(time / unit.size, thin[:, column], color=colour, label=name)
+        axes.plot(time / unit.size, thin[:, column], color=colour, label=names[column])
     if logarithmic and np.any(thin > 0.0):
         axes.set_yscale("log")
     axes.set_xlabel(f"time [{unit.name}]")
     axes.set_ylabel(label)
     axes.set_title(title)
     axes.set_xlim(0.0, record.steps * record.step / unit.size)
-    if own and named:
+    if own:
         axes.legend(loc="upper right")
     return axes
