@@ -58,7 +58,7 @@ def _draw_space(part: Any, scenario: Scenario, record: FlightRecord) -> Any:
         axes = part.subplots()
         plot.orbits(record, axes, across=flat[0], up=flat[1], scenario=scenario)
     else:
-        upper, lower = part.subfigures(2, 1, height_ratios=(1.8, 1.0))
+        upper, lower = part.subfigures(2, 1, height_ratios=(2.1, 1.0))
         axes = upper.add_subplot(projection="3d")
         plot.orbits_3d(record, scenario, axes)
         plot.orbits(record, lower.subplots(), across=_PLAN[0], up=_PLAN[1], scenario=scenario)

@@ -163,7 +163,7 @@ def _equal_axes(axes: Any, position: Array) -> None:
     )
     for component, setter in enumerate((axes.set_xlim, axes.set_ylim, axes.set_zlim)):
         setter(middle[component] - half[component], middle[component] + half[component])
-    axes.set_box_aspect(half, zoom=1.05)
+    axes.set_box_aspect(half, zoom=0.97)
     elevation, azimuth = viewpoint(points)
     axes.view_init(elev=elevation, azim=azimuth)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
