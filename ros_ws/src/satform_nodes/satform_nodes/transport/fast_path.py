@@ -176,7 +176,8 @@ class FastPathExecutor(SingleThreadedExecutor):
 
         def _of_any_writer(data: bytes) -> None:
             """For the comparison with rclpy's events executor; else `_take_subscription` takes messages."""
-            handle(data, next(iter(authorised.expected)) if authorised else "")
+            for name in authorised.expected if authorised else ("",):
+                handle(data, name)
 
         subscription = node.create_subscription(message_type, relative(topic), _of_any_writer, qos, raw=True)
         filtered = FilteredSubscription(subscription, authorised, handle, self._taker)
