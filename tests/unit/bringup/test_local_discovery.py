@@ -47,9 +47,16 @@ def test_everyone_calls_at_every_port_that_a_process_can_have(tmp_path: Path) ->
 
 def test_what_is_lost_on_its_way_is_noticed_the_later_the_more_have_to_tell(tmp_path: Path) -> None:
     profile = local_discovery.variables(5, 3, tmp_path)[middleware.VARIABLES[0]]
-    assert texts(profile, "sec") == ["0"]
-    assert texts(profile, "nanosec") == ["30000000"]
+    # Heartbeats of writers, then the delay of readers' acknowledgements.
+    assert texts(profile, "sec") == ["0", "0"]
+    assert texts(profile, "nanosec") == ["30000000", "50000000"]
     assert middleware.heartbeat(1000) == middleware.SLOWEST_HEARTBEAT
+
+
+def test_what_a_network_loses_is_asked_for_sooner(tmp_path: Path) -> None:
+    profile = middleware.write_profile(tmp_path, 0.03, middleware.PATIENT_ANNOUNCEMENTS)
+    responses = texts(profile[middleware.VARIABLES[0]], "nanosec")[-1:]
+    assert responses == ["5000000"]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Fast DDS profile of a run: heartbeat period and transports, as an XML file.
+"""Fast DDS profile of a run: heartbeats, acknowledgements and transports, as an XML file.
 
 A message can be dropped by a network or by a full queue between two processes. While a step waits for it, no
 later message follows by which the reader would detect the gap; the writer's next heartbeat reports it, by
@@ -22,6 +22,13 @@ HEARTBEAT_OF_A_SATELLITE = 0.01
 
 SLOWEST_HEARTBEAT = 3.0
 """The middleware's own period, s."""
+
+RESPONSE_ON_LOOPBACK = 0.05
+"""Delay after which a reader acknowledges messages or asks for lost ones, where all processes are on one
+machine, s: one acknowledgement is for the messages of several steps then. Each wakes two threads."""
+
+RESPONSE = 0.005
+"""The same elsewhere, the middleware's own: what a network loses is asked for soon, s."""
 
 LOOPBACK_ALONE = """
       <builtin>
@@ -73,6 +80,11 @@ _PROFILES = """\
       <heartbeatPeriod><sec>{seconds}</sec><nanosec>{nanoseconds}</nanosec></heartbeatPeriod>
     </times>
   </data_writer>
+  <data_reader profile_name="satform" is_default_profile="true">
+    <times>
+      <heartbeatResponseDelay><sec>0</sec><nanosec>{response}</nanosec></heartbeatResponseDelay>
+    </times>
+  </data_reader>
 </profiles>
 """
 
@@ -105,10 +117,12 @@ def write_profile(folder: Path, period: float, participant: str = "") -> dict[st
         return {}
     seconds, nanoseconds = divmod(round(period * 1e9), 10**9)
     file = folder.absolute() / FILE
+    response = RESPONSE_ON_LOOPBACK if participant == LOOPBACK_ALONE else RESPONSE
     text = _PROFILES.format(
         participant=participant,
         seconds=seconds,
         nanoseconds=nanoseconds,
+        response=round(response * 1e9),
         room=_ROOM,
         ports=PORTS,
     )
