@@ -46,11 +46,13 @@ def over_arrays(scenario: Scenario, monkeypatch: pytest.MonkeyPatch, **options: 
     [
         "adaptive_tracking",
         "approach_gssap",
+        "attitude_limited_wheels",
         "byzantine_unprotected",
         "directed_triangle",
         "ei_separation",
         "geo_in_plane_circle",
         "integral_action",
+        "thruster_limited",
         "trajectory_tracking_smooth",
         "triangle",
     ],

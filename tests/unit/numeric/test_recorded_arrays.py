@@ -11,7 +11,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from satform.numeric.elementwise import arctan2, blank, column, cross, dot, joined, norm
+from satform.numeric.elementwise import (
+    arctan2,
+    blank,
+    column,
+    constant,
+    cross,
+    dot,
+    joined,
+    norm,
+    over_arrays,
+)
 from satform.numeric.recorded_arrays import NotRecordableError, Recorded, Recording, elements
 from satform.numeric.straight_line import Program, program
 
@@ -71,7 +81,9 @@ FORMULAS: dict[str, Formula] = {
     "choice": lambda a, b, k: chosen(a, b),
     "guarded division": lambda a, b, k: divided(a, b),
     "vectors": lambda a, b, k: cross(a, b) * column(dot(a, b) / norm(a + b)),
-    "angles": lambda a, b, k: arctan2(a, b),
+    "angles": lambda a, b, k: arctan2(a, b) + over_arrays(math.expm1)(a),
+    "largest": lambda a, b, k: np.take_along_axis(a, np.argmax(a * 0.0 + [[0.0, 2.0, 2.0]], axis=-1)[..., None], -1) + b,
+    "one number": lambda a, b, k: constant(a.shape, 0.5 * k) - constant(a.shape, 2),
     "shapes": lambda a, b, k: np.concatenate((np.stack((a, b)), np.swapaxes(joined(a, b), 0, -1)), axis=0),
     "in place": lambda a, b, k: in_place(a) + in_place(b),
     "one after another": lambda a, b, k: np.add.accumulate(a * b, axis=-1)[..., -1],

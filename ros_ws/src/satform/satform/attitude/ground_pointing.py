@@ -16,7 +16,7 @@ from satform.attitude.yaw_steering import Mask, sight_triad, square_direction, y
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import Number, Positive, Spec, Vector
 from satform.dynamics.linear import multiply
-from satform.numeric.elementwise import Array, cross, dot, joined
+from satform.numeric.elementwise import Array, cross, dot, joined, numbers
 from satform.numeric.modified_rodrigues import mrp_from_direction_cosines
 from satform.numeric.time_derivatives import Jet
 from satform.orbits.earth import EQUATORIAL_RADIUS, GRAVITATIONAL_PARAMETER, ROTATION_RATE
@@ -69,7 +69,7 @@ class CircularOrbit:
 
     def position(self, time: Array) -> Jet:
         """Inertial position (m), velocity and acceleration at a time (s), shape (..., 3)."""
-        angle = np.asarray(self.mean_motion * time)[..., None]
+        angle = numbers(self.mean_motion * time)[..., None]
         radius, motion = np.asarray(self.radius)[..., None], np.asarray(self.mean_motion)[..., None]
         outward = radius * (self.radial * np.cos(angle) + self.transverse * np.sin(angle))
         ahead = radius * (self.transverse * np.cos(angle) - self.radial * np.sin(angle))
@@ -125,7 +125,7 @@ def ground_target(latitude: float, longitude: float, time: Array) -> Jet:
 
     Source: Long & Hall: the target on a spherical Earth.
     """
-    angle = longitude + ROTATION_RATE * np.asarray(time, dtype=np.float64)
+    angle = longitude + ROTATION_RATE * numbers(time)
     distance = EQUATORIAL_RADIUS * math.cos(latitude)
     zero = np.zeros_like(angle)
     across, along = distance * np.cos(angle), distance * np.sin(angle)

@@ -26,8 +26,9 @@ from satform.common.spec import Positive, Spec, Vector
 from satform.communication.messages import NeighbourStates
 from satform.consensus.arc_length import NeighbourPhases
 from satform.dynamics.linear import multiply
-from satform.numeric.elementwise import Array, Indices, cross
+from satform.numeric.elementwise import Array, Indices, constant, cross
 from satform.numeric.modified_rodrigues import direction_cosines
+from satform.numeric.recorded_arrays import Recorded
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER
 from satform.orbits.path_reference import FeedForward, Path, Reference
 
@@ -286,6 +287,7 @@ class PointingReference:
         self._step = step
         self._neighbour_timeout = neighbour_timeout
         self.ahead = 0.5 * step if feedforward_sample == "midpoint" else 0.0
+        self._axes: tuple[int, ...] = ()
         self._number = -1
         self._block: AttitudeReference | None = None
 
@@ -303,26 +305,42 @@ class PointingReference:
             assert isinstance(neighbour_states, NeighbourPhases)  # noqa: S101 - the scenario's validator has seen to it
             moment = step * self._step
             wanted, known = target.reference(neighbour_states, moment, self._neighbour_timeout)
-            aimed = pointing.reference(own, wanted, np.full(own.position.shape[:-1], moment))
+            aimed = pointing.reference(own, wanted, constant(own.position.shape[:-1], moment))
             if self.ahead:
                 middle, _ = target.reference(neighbour_states, moment + self.ahead, self._neighbour_timeout)
-                time = np.full(own.position.shape[:-1], moment + self.ahead)
+                time = constant(own.position.shape[:-1], moment + self.ahead)
                 later = pointing.reference(_after(own, self.ahead), middle, time)
                 aimed = replace(aimed, angular_acceleration=later.angular_acceleration)
             return aimed if np.all(known) else _either(known, aimed, pointing.safe_reference())
+        self._axes = (1,) * (own.position.ndim - 1)
+        if not isinstance(step, Recorded):
+            return self._along_orbit(step)
+        numbers = step.called(self._numbers_along_orbit)
+        parts = (numbers[..., begin : begin + 3] for begin in (0, 3, 6))
+        return AttitudeReference(*parts, numbers[..., 9] > 0.0)
+
+    def _along_orbit(self, step: int) -> AttitudeReference:
+        """The reference of a step that depends on time alone."""
+        pointing = self._orientation.pointing
+        assert not isinstance(pointing, SatellitePointing)  # noqa: S101 - that depends on the satellites
         number, row = divmod(step, _BLOCK)
         if self._block is None or number != self._number:
             times: Array = (number * _BLOCK + np.arange(_BLOCK, dtype=np.float64)) * self._step
-            axes = (1,) * (own.position.ndim - 1)
-            self._block = pointing.reference(times.reshape(_BLOCK, *axes))
+            self._block = pointing.reference(times.reshape(_BLOCK, *self._axes))
             if self.ahead:
-                later = pointing.reference((times + self.ahead).reshape(_BLOCK, *axes))
+                later = pointing.reference((times + self.ahead).reshape(_BLOCK, *self._axes))
                 self._block = replace(self._block, angular_acceleration=later.angular_acceleration)
             self._number = number
         block = self._block
         return AttitudeReference(
             block.mrp[row], block.angular_velocity[row], block.angular_acceleration[row], block.feasible[row]
         )
+
+    def _numbers_along_orbit(self, step: int) -> Array:
+        """The same as numbers, shape (..., 10)."""
+        found = self._along_orbit(step)
+        vectors = (found.mrp, found.angular_velocity, found.angular_acceleration)
+        return np.concatenate((*vectors, found.feasible[..., None].astype(np.float64)), axis=-1)
 
 
 def _after(motion: Reference, time: float) -> Reference:

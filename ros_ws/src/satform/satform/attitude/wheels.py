@@ -9,7 +9,7 @@ import numpy as np
 
 from satform.attitude.guidance import Attitude, Orientation
 from satform.attitude.gyrostat import AttitudeState, Torques, advance
-from satform.numeric.elementwise import Array, Indices
+from satform.numeric.elementwise import Array, Indices, constant
 from satform.numeric.stacking import take
 
 
@@ -114,7 +114,7 @@ class Turning:
         for number in range(self._parts):
 
             def torques(offset: float, now: AttitudeState, number: int = number) -> Torques:
-                time = np.full(len(self.members), begin + (number * part + offset))
+                time = constant((len(self.members),), begin + (number * part + offset))
                 return Torques(applied, self._orientation.external(now.mrp, time))
 
             attitude = advance(self._orientation.law.body, attitude, part, torques)

@@ -6,7 +6,6 @@ A command that cannot be applied is applied as far as possible, and counted.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
@@ -16,7 +15,7 @@ from pydantic import Field, model_validator
 
 from satform.common.angle_text import OR_DEGREES
 from satform.common.spec import NonNegative, Positive, Spec
-from satform.numeric.elementwise import Array, cross, dot, norm
+from satform.numeric.elementwise import Array, cross, dot, norm, over_arrays
 
 STANDARD_GRAVITY = 9.80665
 """Standard acceleration of free fall, m/s^2, in the definition of specific impulse."""
@@ -188,11 +187,11 @@ class Thruster:
     def _burn(self, acceleration: Array, mass: Array, propellant: Array) -> tuple[Array, Array]:
         """The fraction of the step that the tank can feed, and the propellant it takes, kg."""
         exponent = self._effort(acceleration) * self.step / self.exhaust_speed
-        wanted = mass * _each(_burnt_fraction, exponent)
+        wanted = mass * _burnt_fractions(exponent)
         short = wanted > propellant
         if not short.any():
             return np.ones_like(wanted), wanted
-        available = _each(math.log, mass / self.dry_mass)
+        available = _logarithms(mass / self.dry_mass)
         fraction = np.where(short, np.divide(available, exponent, out=np.ones_like(wanted), where=short), 1.0)
         return fraction, np.where(short, propellant, wanted)
 
@@ -207,10 +206,8 @@ def _burnt_fraction(exponent: float) -> float:
     return -math.expm1(-exponent)
 
 
-def _each(function: Callable[[float], float], values: Array) -> Array:
-    """A function of `math` on each element, so that one satellite and many get the same bits."""
-    flat = [function(value) for value in np.ravel(values).tolist()]
-    return np.asarray(flat, dtype=np.float64).reshape(np.shape(values))
+_burnt_fractions = over_arrays(_burnt_fraction)
+_logarithms = over_arrays(math.log)
 
 
 class ThrusterSpec(Spec):

@@ -10,6 +10,7 @@ The last axis of an array holds the components x, y, z; leading axes, if any, ar
 """
 
 import math
+from collections.abc import Callable
 from typing import TypeAlias
 
 import numpy as np
@@ -19,10 +20,34 @@ Array: TypeAlias = NDArray[np.float64]
 Indices: TypeAlias = NDArray[np.int64]
 """Indices of rows, or numbers of steps."""
 
-ARCTAN2 = np.frompyfunc(math.atan2, 2, 1)
-"""Arc tangent of two numbers by Python's library, as a function of arrays."""
+FLOAT_FUNCTIONS: dict[np.ufunc, Callable[..., float]] = {}
+"""The function of Python that each function made by `over_arrays` calls."""
 
 _PLAIN = (np.ndarray, np.float64, float)
+
+
+def over_arrays(function: Callable[..., float], arguments: int = 1) -> Callable[..., Array]:
+    """A function of Python's library on each element, so that one satellite and many get the same bits.
+
+    Args:
+        function: of floats.
+        arguments: how many it takes.
+
+    Returns:
+        The same function of arrays of one shape.
+    """
+    every = np.frompyfunc(function, arguments, 1)
+    FLOAT_FUNCTIONS[every] = function
+
+    def computed(*values: Array) -> Array:
+        found = every(*values)
+        array: Array = found.astype(np.float64) if isinstance(found, np.ndarray) else np.asarray(found)
+        return array
+
+    return computed
+
+
+_ARCTAN2 = over_arrays(math.atan2, 2)
 
 
 def scalar(value: float) -> Array:
@@ -53,7 +78,7 @@ def joined(*components: Array) -> Array:
     return whole
 
 
-def blank(shape: tuple[int, ...], *parts: Array) -> Array:
+def blank(shape: tuple[int, ...], *parts: Array | float) -> Array:
     """An array without values yet, of the kind of those that are to be written into it.
 
     Args:
@@ -64,6 +89,18 @@ def blank(shape: tuple[int, ...], *parts: Array) -> Array:
         if type(part) not in _PLAIN and isinstance(part, np.ndarray):
             return np.empty_like(part, shape=shape)
     return np.empty(shape)
+
+
+def constant(shape: tuple[int, ...], value: float | Array) -> Array:
+    """An array of one number, as `numpy.full` makes it.
+
+    Args:
+        shape: of the array.
+        value: the number.
+    """
+    whole = blank(shape, np.asarray(value) if isinstance(value, int) else value)
+    whole[...] = value
+    return whole
 
 
 def numbers(values: Array | float) -> Array:
@@ -131,6 +168,4 @@ def arctan2(y: Array, x: Array) -> Array:
     """
     if np.shape(y) != np.shape(x):
         raise ValueError(f"ordinates have the shape {np.shape(y)}, and abscissae {np.shape(x)}")
-    angles = ARCTAN2(y, x)
-    found: Array = angles.astype(np.float64) if isinstance(angles, np.ndarray) else np.asarray(angles)
-    return found
+    return _ARCTAN2(y, x)

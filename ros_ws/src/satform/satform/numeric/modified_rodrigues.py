@@ -10,7 +10,7 @@ Equations: docs/controllers/attitude.md.
 
 import numpy as np
 
-from satform.numeric.elementwise import Array, arctan2, cross, dot, joined
+from satform.numeric.elementwise import Array, arctan2, blank, cross, dot, joined
 
 _IDENTITY = np.eye(3)
 
@@ -37,7 +37,8 @@ def direction_cosines(mrp: Array) -> Array:
 def cross_matrix(vector: Array) -> Array:
     """Matrix of the vector product with a vector from the left: shape (..., 3) to (..., 3, 3)."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    matrix = np.zeros((*x.shape, 3, 3))
+    matrix = blank((*x.shape, 3, 3), x)
+    matrix[...] = 0.0
     matrix[..., 0, 1], matrix[..., 0, 2] = -z, y
     matrix[..., 1, 0], matrix[..., 1, 2] = z, -x
     matrix[..., 2, 0], matrix[..., 2, 1] = -y, x

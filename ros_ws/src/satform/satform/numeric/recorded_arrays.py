@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from satform.numeric.array_trees import with_arrays
-from satform.numeric.elementwise import ARCTAN2, Array
+from satform.numeric.elementwise import FLOAT_FUNCTIONS, Array
 
 T = TypeVar("T")
 
@@ -403,6 +403,25 @@ def _reduced(kind: Any, values: Any, axis: Any, *, keepdims: bool = False) -> An
     return total.view(Recorded) if isinstance(total, np.ndarray) else recorded([total], ())
 
 
+def _largest(values: Any, axis: int) -> Any:
+    """Index of the largest number along an axis, which is a condition of the recording."""
+    rows = np.moveaxis(np.asarray(values), axis, -1)
+    found = np.empty(rows.shape[:-1], dtype=np.int64)
+    for index in np.ndindex(found.shape):
+        own = elements(rows[index])
+        best = int(np.argmax([getattr(item, "value", item) for item in own]))
+        for other, item in enumerate(own):
+            before = np.greater if other < best else np.greater_equal
+            if other != best and not bool(_elementwise(before, (_single_of(own[best]), _single_of(item)))):
+                raise NotRecordableError("a number that is not one is compared")
+        found[index] = best
+    return found
+
+
+def _single_of(item: Any) -> Recorded:
+    return recorded([item], ())
+
+
 def _where(condition: Any, first: Any, second: Any) -> Recorded:
     return _elementwise(WHERE, (condition, first, second))
 
@@ -438,8 +457,8 @@ def _result(kind: Any, values: Sequence[Any]) -> Any:
             return float(values[0])
         case "bound":
             return values[0] * values[1]
-        case _ if kind is ARCTAN2:
-            return kind(*values)
+        case _ if kind in FLOAT_FUNCTIONS:
+            return FLOAT_FUNCTIONS[kind](*values)
         case _:
             with np.errstate(all="ignore"):
                 return kind(*values).item()
@@ -475,6 +494,7 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
     np.any: lambda values, axis=None: _reduced(np.logical_or, values, axis),
     np.min: lambda values, axis=None, **options: _reduced(np.minimum, values, axis, **options),
     np.max: lambda values, axis=None, **options: _reduced(np.maximum, values, axis, **options),
+    np.argmax: _largest,
     np.shape: lambda values: values.shape,
     np.ndim: lambda values: values.ndim,
     np.size: lambda values: values.size,
@@ -483,5 +503,5 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 _MOVING = {
     np.stack, np.concatenate, np.moveaxis, np.swapaxes, np.reshape, np.ravel, np.broadcast_to, np.expand_dims,
     np.transpose, np.take, np.atleast_1d, np.atleast_2d, np.copy, np.squeeze, np.tile, np.repeat, np.roll,
-    np.vstack, np.hstack,
+    np.take_along_axis, np.vstack, np.hstack,
 }  # fmt: skip

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from satform.numeric.elementwise import ARCTAN2
+from satform.numeric.elementwise import FLOAT_FUNCTIONS
 from satform.numeric.recorded_arrays import BOUND, CALL, FLOAT, INPUT, PART, WHERE, Number, Recording
 
 _DEEPEST = 30
@@ -45,7 +45,6 @@ _TEMPLATES: dict[Any, str] = {
     np.isnan: "isnan({0})",
     np.isfinite: "isfinite({0})",
     WHERE: "({1} if {0} else {2})",
-    ARCTAN2: "atan2({0}, {1})",
     FLOAT: "float({0})",
     BOUND: "({0} * {1})",
 }
@@ -109,7 +108,7 @@ class _Writer:
         self._recording = recording
         self._names: dict[int, str] = {step.index: "k"}
         self._space: dict[str, Any] = {
-            name: getattr(math, name) for name in ("sqrt", "atan2", "isnan", "isfinite", "copysign")
+            name: getattr(math, name) for name in ("sqrt", "isnan", "isfinite", "copysign")
         }
         self._space |= {"nan": math.nan, "inf": math.inf}
         self._lines: list[str] = []
@@ -197,7 +196,8 @@ class _Writer:
         depth = 1 + max(depths)
         if kind in _TEMPLATES:
             return _TEMPLATES[kind].format(*texts), depth
-        name = f"f_{kind.__name__}"
+        own = FLOAT_FUNCTIONS.get(kind, kind).__name__
+        name = f"f{'loat' if kind in FLOAT_FUNCTIONS else ''}_{own}"
         self._space[name], taken = _function(kind)
         return f"{name}({', '.join(texts)}){taken}", depth
 
@@ -219,6 +219,8 @@ class _Writer:
 
 def _function(kind: Any) -> tuple[Callable[..., Any], str]:
     """What computes a function of floats, and what is written after a call of it to have a float."""
+    if kind in FLOAT_FUNCTIONS:
+        return FLOAT_FUNCTIONS[kind], ""
     if kind in _MATHEMATICAL and _agrees(kind):
         return _MATHEMATICAL[kind], ""
     compiled = _compiled(kind.__name__) if kind.__name__ == "ellipeinc" else None
