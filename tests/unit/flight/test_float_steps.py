@@ -48,6 +48,7 @@ def over_arrays(scenario: Scenario, monkeypatch: pytest.MonkeyPatch, **options: 
         "approach_gssap",
         "attitude_limited_wheels",
         "byzantine_unprotected",
+        "compare_controllers",
         "directed_triangle",
         "ei_separation",
         "geo_in_plane_circle",
@@ -72,6 +73,10 @@ EVENTS: dict[str, dict[str, Any]] = {
     "lost and rejoined": {
         "faults": [{"kind": "satellite_lost", "satellite": "sat2", "at": 10.0, "rejoin_at": 20.0}],
         "checkpoint_period": 4.0,
+    },
+    "lost under real forces": {
+        "dynamics": {"kind": "inertial"},
+        "faults": [{"kind": "satellite_lost", "satellite": "sat2", "at": 10.0}],
     },
     "another graph": {
         "graph_schedule": [{"at": 10.0, "graph": {"kind": "ring"}}, {"at": 20.0, "graph": {"kind": "line"}}]

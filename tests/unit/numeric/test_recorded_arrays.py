@@ -22,7 +22,8 @@ from satform.numeric.elementwise import (
     norm,
     over_arrays,
 )
-from satform.numeric.recorded_arrays import NotRecordableError, Recorded, Recording, elements
+from satform.numeric.recorded_arrays import Recorded, Recording, elements
+from satform.numeric.recording import NotRecordableError
 from satform.numeric.straight_line import Program, program
 
 Array = NDArray[np.float64]
@@ -63,6 +64,11 @@ def divided(a: Any, b: Any) -> Any:
     return np.divide(a, b, out=np.zeros_like(a), where=b > 0.0)
 
 
+def largest(a: Any) -> Any:
+    index = np.argmax(a * 0.0 + [[0.0, 2.0, 2.0]], axis=-1)
+    return np.take_along_axis(a, index[..., None], axis=-1)
+
+
 def in_place(a: Any) -> Any:
     image = 2.0 * a
     part = image[..., :2]
@@ -82,7 +88,7 @@ FORMULAS: dict[str, Formula] = {
     "guarded division": lambda a, b, k: divided(a, b),
     "vectors": lambda a, b, k: cross(a, b) * column(dot(a, b) / norm(a + b)),
     "angles": lambda a, b, k: arctan2(a, b) + over_arrays(math.expm1)(a),
-    "largest": lambda a, b, k: np.take_along_axis(a, np.argmax(a * 0.0 + [[0.0, 2.0, 2.0]], axis=-1)[..., None], -1) + b,
+    "largest": lambda a, b, k: largest(a) + b,
     "one number": lambda a, b, k: constant(a.shape, 0.5 * k) - constant(a.shape, 2),
     "shapes": lambda a, b, k: np.concatenate((np.stack((a, b)), np.swapaxes(joined(a, b), 0, -1)), axis=0),
     "in place": lambda a, b, k: in_place(a) + in_place(b),

@@ -28,7 +28,8 @@ from satform.numeric.array_trees import (
     with_arrays,
 )
 from satform.numeric.elementwise import Array
-from satform.numeric.recorded_arrays import NotRecordableError, Recording, elements, is_own, paired
+from satform.numeric.recorded_arrays import Recording, elements, paired
+from satform.numeric.recording import NotRecordableError, is_own
 from satform.numeric.straight_line import Program, program
 from satform.orbits.path_reference import Reference
 

@@ -17,19 +17,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from satform.flight.flight_log import FlightGroup, FlightLog
+from satform.flight.held_dynamics import HeldDynamics
 from satform.flight.plant import Plant
 from satform.flight.satellite_step import SatelliteState
 from satform.numeric.array_trees import arrays_of, filled, numbers_of_arrays, others_of, same_bits
 from satform.numeric.elementwise import Array
-from satform.numeric.recorded_arrays import (
-    NotRecordableError,
-    Recorded,
-    Recording,
-    elements,
-    is_own,
-    paired,
-    recorded,
-)
+from satform.numeric.recorded_arrays import Recorded, Recording, elements, paired, recorded
+from satform.numeric.recording import NotRecordableError, is_own
 from satform.numeric.straight_line import Program, program
 
 MOST_SATELLITES = 24
@@ -82,6 +76,7 @@ class FloatSteps:
         self._trial: _RecordedStep | None = None
         self._recordings = 0
         self._next_recording = _FIRST
+        self._holds = False
         self._stays_with_arrays = not _suits(flight)
 
     def fly(self, step: int, end: int) -> int:
@@ -126,9 +121,18 @@ class FloatSteps:
         self._recordings += 1
         self._stays_with_arrays = self._recordings >= _MOST_RECORDINGS
         try:
-            self._trial = _recorded_step(self._flight, step)
+            self._trial = self._recorded_in_some_way(step)
         except NotRecordableError:
             self._next_recording = step + _LATER * self._recordings
+
+    def _recorded_in_some_way(self, step: int) -> "_RecordedStep":
+        """Record a step with the truth model, or beside it."""
+        if not self._holds:
+            try:
+                return _recorded_step(self._flight, step)
+            except NotRecordableError:
+                self._holds = True
+        return _recorded_step(self._flight, step, HeldDynamics(self._flight.plant.dynamics))
 
     def _judge(self, trial: "_RecordedStep") -> None:
         """Use a program if its first step has the bits of the arrays."""
@@ -306,13 +310,39 @@ class _Part:
         setattr(self.owner, self.name, dataclasses.replace(value, step=step) if own else value)
 
 
+@dataclass
+class _HeldPart(_Part):
+    """The state of a truth model that goes over arrays.
+
+    Attributes:
+        held: the model.
+        records: whether this is the flight that is recorded.
+    """
+
+    held: HeldDynamics
+    records: bool
+
+    def get(self) -> Any:
+        """What the program knows of it."""
+        return self.owner._state if self.records else self.held.hold(self.owner._state, self.owner.step)
+
+    def set(self, value: Any, step: Any) -> None:
+        """Set it; the model's own state at a step is not made of numbers."""
+        if self.records:
+            self.owner._dynamics, self.owner._state = self.held, value
+        else:
+            self.owner._state = self.held.state(step)
+
+
 class _State:
     """The state of the flight, as objects and as a list of numbers."""
 
-    def __init__(self, flight: Flying) -> None:
+    def __init__(self, flight: Flying, held: HeldDynamics | None = None, *, records: bool = False) -> None:
         plant, log = flight.plant, flight.log
+        own = _Part(plant, "_state") if held is None else _HeldPart(plant, "_state", held, records)
         self.parts = [
-            *(_Part(plant, name) for name in ("_state", "applied", "_motion", "_measured")),
+            own,
+            *(_Part(plant, name) for name in ("applied", "_motion", "_measured")),
             *(_Part(log, name) for name in ("_messages", "_time")),
             *(_Part(group.satellite, "state") for group in flight.groups if group.flies),
             *(_Part(group, "state") for group in plant.turning),
@@ -321,6 +351,7 @@ class _State:
             self.parts.append(_Part(plant.thrusters, "propulsion"))
         self._counters = [_Part(plant, "step"), _Part(log, "step")]
         self._indices: list[int] = []
+        self._last: tuple[Any, ...] = ()
 
     def carry(self, indices: list[int]) -> None:
         """Set for each number of all leaves, one after another, its index among those of the program."""
@@ -338,32 +369,40 @@ class _State:
 
     def numbers(self) -> tuple[float, ...]:
         """Numbers that the program carries."""
-        values = numbers_of_arrays(arrays_of(self.whole()))
+        self._last = self.whole()
+        values = numbers_of_arrays(arrays_of(self._last))
         # Of equal indices the numbers are equal.
         return tuple(dict(zip(self._indices, values, strict=True)).values())
 
     def settle(self, carried: Sequence[float], step: int) -> None:
         """Set the objects to the state before a step, from numbers that the program carries."""
-        self.set(filled(self.whole(), [carried[index] for index in self._indices]), step)
+        numbers = [carried[index] for index in self._indices]
+        self.set(filled(self._last, numbers), step)
 
 
-def _recorded_step(flight: Flying, number: int) -> _RecordedStep:
+def _recorded_step(flight: Flying, number: int, held: HeldDynamics | None = None) -> _RecordedStep:
     """Record a step of a flight, which stays as it is.
+
+    Args:
+        flight: whose step it is.
+        number: of the step.
+        held: its truth model, if it is to go over arrays.
 
     Raises:
         NotRecordableError: it is no list of element-wise operations.
     """
     recording = Recording()
     step = recording.inputs(np.asarray(number))
-    state = _State(flight)
+    state = _State(flight, held)
+    before = state.whole()
     own = _copied(flight, number)
-    own_state = _State(own)
-    own_state.set(recording.inputs_of(state.whole()), step)
+    own_state = _State(own, held, records=True)
+    own_state.set(recording.inputs_of(before), step)
     # A list of numbers each: arrays of messages are written into.
     inputs = [elements(array) for array in arrays_of(own_state.whole())]
     with recording:
         own.fly_step(step)
-    before, after = state.whole(), own_state.whole()
+    after = own_state.whole()
     if others_of(before) != others_of(after):
         raise NotRecordableError("the state of the flight changes in more than numbers")
     carried, indices = paired(inputs, arrays_of(after))

@@ -34,7 +34,7 @@ from satform.membership.formation import (
     possible_graph,
 )
 from satform.navigation.satellite_navigation import NavigationInput
-from satform.numeric.recorded_arrays import NotRecordableError
+from satform.numeric.recording import NotRecordableError
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
 from satform.scenario.model import Scenario

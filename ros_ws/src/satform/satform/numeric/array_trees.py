@@ -76,6 +76,12 @@ def _filled(array: Any, ahead: Iterator[float]) -> Any:
     own = [next(ahead) for _ in range(np.size(array))]
     if isinstance(array, np.generic):
         return type(array)(own[0])
+    if array.dtype == object:
+        # Of a recording.
+        whole = np.empty_like(array)
+        for index, number in zip(np.ndindex(array.shape), own, strict=True):
+            whole[index] = number
+        return whole
     return np.array(own, dtype=array.dtype).reshape(array.shape)
 
 

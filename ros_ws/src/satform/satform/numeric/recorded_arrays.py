@@ -9,94 +9,32 @@ under which alone the recording holds. What depends on the numbers in any other 
 `NotRecordableError`.
 """
 
-import dataclasses
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 
 from satform.numeric.array_trees import with_arrays
-from satform.numeric.elementwise import FLOAT_FUNCTIONS, Array
+from satform.numeric.elementwise import Array
+from satform.numeric.recording import (
+    BOUND,
+    FLOAT,
+    WHERE,
+    NotRecordableError,
+    Number,
+    NumberRecording,
+    alike,
+)
 
 T = TypeVar("T")
 
-
-class NotRecordableError(Exception):
-    """A computation is not a list of element-wise operations, so it is not recorded."""
-
-
-WHERE = "where"
-INPUT = "input"
-CALL = "call"
-PART = "part"
-FLOAT = "float"
-BOUND = "bound"
 
 _SLACK = 1.0 + 1e-12
 """By which a sum of squares is larger in a comparison, so that the order of its terms cannot matter."""
 
 
-class Number:
-    """A number of a recording.
-
-    Attributes:
-        recording: that it belongs to.
-        index: of the operation that gives it.
-        value: that it has in the step that is recorded.
-    """
-
-    __slots__ = ("index", "recording", "value")
-
-    def __init__(self, recording: "Recording", index: int, value: Any) -> None:
-        self.recording = recording
-        self.index = index
-        self.value = value
-
-    def __bool__(self) -> bool:
-        return self.recording.decide(self)
-
-    def __float__(self) -> float:
-        raise NotRecordableError("a number of it is asked for as a float")
-
-    def __int__(self) -> int:
-        raise NotRecordableError("a number of it is asked for as an integer")
-
-    def __index__(self) -> int:
-        raise NotRecordableError("a number of it is used as an index")
-
-
-@dataclass(frozen=True)
-class Operation:
-    """One operation on numbers.
-
-    Attributes:
-        kind: a numpy or scipy function, or one of the names above.
-        arguments: indices of operations (as `Number`), or constants.
-    """
-
-    kind: Any
-    arguments: tuple[Any, ...]
-
-
-@dataclass
-class Recording:
-    """Operations in the order in which they are done.
-
-    Attributes:
-        operations: each gives one number; a `call` gives several, which `part` picks.
-        conditions: index of a number, whether it has to be true, and how many operations come before.
-        calls: functions of a whole number, such as that of a step, which are called as they are.
-    """
-
-    operations: list[Operation] = field(default_factory=list)
-    conditions: list[tuple[Number, bool, int]] = field(default_factory=list)
-    calls: list[Callable[[int], Array]] = field(default_factory=list)
-    _known: dict[Any, Any] = field(default_factory=dict)
-
-    def input(self, value: Any) -> Number:
-        """A number that is given to the program, with its value in the step that is recorded."""
-        return self._new(Operation(INPUT, (len(self.operations),)), value)
+class Recording(NumberRecording):
+    """A recording of operations on arrays."""
 
     def inputs(self, values: Array) -> "Recorded":
         """Numbers that are given to the program, in the shape of an array."""
@@ -106,82 +44,6 @@ class Recording:
         """A dataclass, tuple or array with inputs as its numbers; the same ones for the same array."""
         known: dict[int, Recorded] = {}
         return with_arrays(value, lambda array: known.setdefault(id(array), self.inputs(array)))
-
-    def __enter__(self) -> "Recording":
-        return self
-
-    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> None:
-        """Say of a computation that fails that it is not recorded.
-
-        A law may use anything of numpy, and what does not work on recorded arrays fails in any way.
-        """
-        failures = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-        if isinstance(error, failures):
-            raise NotRecordableError(str(error)) from error
-
-    def decide(self, number: Number) -> bool:
-        """Record that the recording holds only where a number decides as it does now."""
-        decided = bool(number.value)
-        self.conditions.append((number, decided, len(self.operations)))
-        return decided
-
-    def call(self, function: Callable[[int], Array], argument: "Recorded") -> "Recorded":
-        """What a function of a whole number gives, an array of a fixed shape; it is called as it is.
-
-        Args:
-            function: of a number of Python, without side effects that matter.
-            argument: recorded, shape ().
-        """
-        number = _single(argument)
-        key = (
-            CALL,
-            getattr(function, "__self__", None),
-            getattr(function, "__func__", function),
-            number.index,
-        )
-        values = np.asarray(function(number.value))
-        if key not in self._known:
-            self.calls.append(function)
-            self._known[key] = self._new(Operation(CALL, (len(self.calls) - 1, values.size, number)), 0.0)
-        whole = self._known[key]
-        parts = [
-            self._once(PART, (whole, position), value)
-            for position, value in enumerate(values.ravel().tolist())
-        ]
-        return recorded(parts, values.shape)
-
-    def operate(self, kind: Any, arguments: Sequence[Any]) -> Any:
-        """Record an operation; one on constants is done at once.
-
-        Args:
-            kind: as in `Operation`.
-            arguments: numbers of this recording, or constants.
-
-        Returns:
-            A number, or a constant.
-        """
-        if kind == FLOAT and all(isinstance(getattr(item, "value", item), float) for item in arguments):
-            return arguments[0]
-        values = [item.value if type(item) is Number else item for item in arguments]
-        value = _result(kind, values)
-        if not any(type(item) is Number for item in arguments):
-            return value
-        return self._once(kind, tuple(arguments), value)
-
-    def _once(self, kind: Any, arguments: tuple[Any, ...], value: Any) -> Number:
-        """The number of an operation that has been recorded before, or is now."""
-        key = (
-            kind,
-            *(item.index if type(item) is Number else (type(item), repr(item)) for item in arguments),
-        )
-        if key not in self._known:
-            self._known[key] = self._new(Operation(kind, arguments), value)
-        number: Number = self._known[key]
-        return number
-
-    def _new(self, operation: Operation, value: Any) -> Number:
-        self.operations.append(operation)
-        return Number(self, len(self.operations) - 1, value)
 
 
 def _changing(function: np.ufunc) -> Callable[[Any, Any], Any]:
@@ -239,8 +101,17 @@ class Recorded(np.ndarray[Any, Any]):
         return bool(_element(self))
 
     def called(self, function: Callable[[int], Array]) -> "Recorded":
-        """What a function of this whole number gives; see `Recording.call`."""
-        return _single(self).recording.call(function, self)
+        """What a function of this whole number gives; see `NumberRecording.call`."""
+        number = _single(self)
+        values = np.asarray(function(number.value))
+        return recorded(number.recording.call(function, number, values.ravel().tolist()), values.shape)
+
+    def called_with(
+        self, function: Callable[[int, Sequence[float]], list[float]], values: "Recorded"
+    ) -> list[Number]:
+        """What a function of this whole number and of others gives; see `NumberRecording.call_with`."""
+        number = _single(self)
+        return number.recording.call_with(function, number, elements(values))
 
     def all(self, *args: Any, **options: Any) -> Any:
         """Whether all are true, over an axis or the whole array."""
@@ -303,29 +174,10 @@ def paired(inputs: Sequence[list[Any]], after: Sequence[Any]) -> tuple[list[tupl
         index = indices.setdefault(one.index, len(carried))
         if index == len(carried):
             carried.append((one, two))
-        elif not _alike(carried[index][1], two):
+        elif not alike(carried[index][1], two):
             raise NotRecordableError("parts of the state are one array, and are no longer after a step")
         of_arrays.append(index)
     return carried, of_arrays
-
-
-def is_own(part: Any) -> bool:
-    """Whether an object and those in it are of this package, or plain data.
-
-    A part of another package may do more than its result shows, such as count its calls: it is not recorded.
-    """
-    if isinstance(part, tuple | list):
-        return all(map(is_own, part))
-    package = type(part).__module__.split(".")[0]
-    if dataclasses.is_dataclass(part):
-        return package == "satform" and all(is_own(getattr(part, f.name)) for f in dataclasses.fields(part))
-    return package in ("satform", "builtins", "numpy", "datetime")
-
-
-def _alike(one: Any, two: Any) -> bool:
-    if type(one) is Number or type(two) is Number:
-        return type(one) is type(two) and one.index == two.index
-    return repr(one) == repr(two)
 
 
 def recorded(numbers: Sequence[Any], shape: tuple[int, ...]) -> Recorded:
@@ -366,7 +218,7 @@ def _single(values: Recorded) -> Number:
     return number
 
 
-def _recording_of(flat: Sequence[list[Any]]) -> Recording | None:
+def _recording_of(flat: Sequence[list[Any]]) -> NumberRecording | None:
     for values in flat:
         for value in values:
             if type(value) is Number:
@@ -377,7 +229,7 @@ def _recording_of(flat: Sequence[list[Any]]) -> Recording | None:
 def _elementwise(kind: Any, inputs: Sequence[Any]) -> Recorded:
     arrays = np.broadcast_arrays(*(np.asarray(item) for item in _plain(inputs)))
     flat = [elements(array) for array in arrays]
-    recording = _recording_of(flat) or Recording()
+    recording = _recording_of(flat) or NumberRecording()
     return recorded([recording.operate(kind, own) for own in zip(*flat, strict=True)], arrays[0].shape)
 
 
@@ -432,7 +284,7 @@ def _squared_length(first: Any, second: Any) -> Recorded:
         raise NotRecordableError("numpy.vdot of different arrays is not recorded")
     squares = elements(_elementwise(np.multiply, (first, first)))
     total: Any = 0.0
-    recording = _recording_of([squares]) or Recording()
+    recording = _recording_of([squares]) or NumberRecording()
     for square in squares:
         total = recording.operate(np.add, (total, square))
     return recorded([recording.operate(BOUND, (total, _SLACK))], ())
@@ -446,22 +298,6 @@ def _like(fill: float | None) -> Callable[..., Recorded]:
         return whole.view(Recorded)
 
     return made
-
-
-def _result(kind: Any, values: Sequence[Any]) -> Any:
-    """The value of an operation."""
-    match kind:
-        case "where":
-            return values[1] if values[0] else values[2]
-        case "float":
-            return float(values[0])
-        case "bound":
-            return values[0] * values[1]
-        case _ if kind in FLOAT_FUNCTIONS:
-            return FLOAT_FUNCTIONS[kind](*values)
-        case _:
-            with np.errstate(all="ignore"):
-                return kind(*values).item()
 
 
 def _has_recorded(key: Any) -> bool:

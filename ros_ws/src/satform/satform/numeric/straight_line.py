@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from satform.numeric.elementwise import FLOAT_FUNCTIONS
-from satform.numeric.recorded_arrays import BOUND, CALL, FLOAT, INPUT, PART, WHERE, Number, Recording
+from satform.numeric.recording import BOUND, CALL, FLOAT, INPUT, PART, WHERE, Number, NumberRecording
 
 _DEEPEST = 30
 """Operations one inside another in an expression of a program."""
@@ -88,7 +88,7 @@ class Program:
 
 
 def program(
-    recording: Recording, step: Number, carried: Sequence[tuple[Number, Any]], results: Sequence[Any]
+    recording: NumberRecording, step: Number, carried: Sequence[tuple[Number, Any]], results: Sequence[Any]
 ) -> Program:
     """The program of a recorded step.
 
@@ -104,7 +104,7 @@ def program(
 class _Writer:
     """Writes a program."""
 
-    def __init__(self, recording: Recording, step: Number) -> None:
+    def __init__(self, recording: NumberRecording, step: Number) -> None:
         self._recording = recording
         self._names: dict[int, str] = {step.index: "k"}
         self._space: dict[str, Any] = {
@@ -170,13 +170,13 @@ class _Writer:
 
     def _operation(self, index: int, kind: Any, arguments: Sequence[Any], uses: int) -> None:
         if kind == CALL:
-            position, size, number = arguments
+            position, size, number, *given = arguments
             called = self._recording.calls[position]
-            self._space[f"call{position}"] = lambda step: np.asarray(called(step)).ravel().tolist()
+            call = f"call{position}"
+            self._space[call] = called if given else lambda step: np.asarray(called(step)).ravel().tolist()
+            values = f", ({''.join(f'{self._name(item)}, ' for item in given)})" if given else ""
             names = [f"p{index}_{part}" for part in range(size)]
-            self._lines.append(
-                f"{', '.join(names)}{',' if size == 1 else ''} = call{position}({self._name(number)})"
-            )
+            self._lines.append(f"[{', '.join(names)}] = {call}({self._name(number)}{values})")
             return
         if kind == PART:
             whole, position = arguments
