@@ -25,6 +25,9 @@ _COMMENTS = {
 _NAMES = ("CMakeLists.txt", "Dockerfile")
 """Files whose comments begin with `#`, whatever their suffix; scripts without a suffix have a `#!` line."""
 
+_VENDORED = "vendor"
+"""Name of folders with files of others, whose licences stand beside them."""
+
 
 def header(path: PurePath, text: str) -> str | None:
     """The header of a file as it has to stand there, or None for a file that needs none.
@@ -68,10 +71,11 @@ def _split(text: str) -> tuple[str, str]:
 
 
 def _files() -> list[Path]:
-    """Files in git, and new ones that git does not ignore."""
+    """Files in git, and new ones that git does not ignore; none of others."""
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listed = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
-    return [file for name in listed.split("\0") if name and (file := ROOT / name).is_file()]
+    names = [name for name in listed.split("\0") if name and _VENDORED not in PurePath(name).parts]
+    return [file for name in names if (file := ROOT / name).is_file()]
 
 
 def main(arguments: list[str]) -> int:

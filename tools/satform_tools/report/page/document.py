@@ -5,6 +5,7 @@
 import base64
 import gzip
 import json
+from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import distribution
 from pathlib import Path
@@ -16,11 +17,29 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
+from satform_tools import scene3d
 
 _PARTS = Path(__file__).parent
 
+_SCENE = Path(scene3d.__file__).parent
+"""Folder of the scene's scripts, and of the libraries in `vendor/`."""
 
-def rendered(name: str, page: dict[str, Any], data: dict[str, Any], folder: Path = _PARTS) -> str:
+SCENE_SCRIPTS = tuple(_SCENE / f"{name}.js" for name in ("geometry", "objects", "labels", "pointer", "scene"))
+"""Scripts of the 3-D scene, in the order in which they are read."""
+
+THREE = _SCENE / "vendor" / "three.js"
+"""What the scene needs of three.js, and coastlines."""
+
+
+def rendered(
+    name: str,
+    page: dict[str, Any],
+    data: dict[str, Any],
+    folder: Path = _PARTS,
+    *,
+    scripts: Sequence[Path] = (),
+    libraries: Sequence[Path] = (),
+) -> str:
     """A page.
 
     Args:
@@ -28,6 +47,8 @@ def rendered(name: str, page: dict[str, Any], data: dict[str, Any], folder: Path
         page: what the template prints.
         data: what the script draws from; numbers in it are finite.
         folder: of its template and script; what all pages share is in the folder of this module.
+        scripts: further ones, read before that of the page.
+        libraries: further ones beside that for charts, compressed in the page.
 
     Returns:
         The HTML file's text.
@@ -38,15 +59,24 @@ def rendered(name: str, page: dict[str, Any], data: dict[str, Any], folder: Path
         undefined=StrictUndefined,
         trim_blocks=True,
     )
-    # In a script element only this sign could end it.
-    figures = json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+    shared = (_PARTS / "figures.js", *scripts, folder / f"{name}.js")
     return environment.get_template(f"{name}.html.j2").render(
         page=page,
         style=Markup(_part(_PARTS / "report.css")),  # noqa: S704 - our own file
-        script=Markup(f"{_part(_PARTS / 'figures.js')}\n{_part(folder / f'{name}.js')}"),  # noqa: S704 - likewise
-        data=Markup(figures),  # noqa: S704 - escaped above
-        library=Markup(_library()),  # noqa: S704 - base64
+        script=Markup("\n".join(_part(file) for file in shared)),  # noqa: S704 - likewise
+        data=Markup(as_script_data(data)),  # noqa: S704 - escaped
+        libraries=[Markup(text) for text in (_plotly(), *map(_compressed, libraries))],  # noqa: S704 - base64
     )
+
+
+def as_script_data(data: Any) -> str:
+    """Data as JSON that can stand in a script element.
+
+    Args:
+        data: numbers in it are finite.
+    """
+    # In a script element only this sign could end it.
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def packed(values: Array | NDArray[np.int64]) -> str:
@@ -59,7 +89,12 @@ def _part(file: Path) -> str:
 
 
 @cache
-def _library() -> str:
+def _plotly() -> str:
     """The plotting script, compressed; nothing else of its Python package is used."""
-    file = Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js")))
+    return _compressed(Path(str(distribution("plotly").locate_file("plotly/package_data/plotly.min.js"))))
+
+
+@cache
+def _compressed(file: Path) -> str:
+    """A script, compressed, as text."""
     return base64.b64encode(gzip.compress(file.read_bytes(), 6, mtime=0)).decode()

@@ -27,11 +27,13 @@ const page = (() => {
     if (typeof DecompressionStream === "undefined") {
       throw new Error("The figures need a browser of 2023 or later; the tables do not.");
     }
-    const packed = new Blob([floats(element("library").textContent)]);
-    const text = await new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
-    const script = document.createElement("script");
-    script.textContent = text;
-    document.head.append(script);
+    for (const library of document.querySelectorAll(".library")) {
+      const packed = new Blob([floats(library.textContent)]);
+      const text = await new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
+      const script = document.createElement("script");
+      script.textContent = text;
+      document.head.append(script);
+    }
   }
 
   const axis = (title) => ({

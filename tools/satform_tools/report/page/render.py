@@ -16,8 +16,8 @@ from satform_tools.report.comparison import Comparison
 from satform_tools.report.event_log import flight_events
 from satform_tools.report.page import content
 from satform_tools.report.page.charts import Chart, Dash, Drawer, Line, charts, graph_charts
-from satform_tools.report.page.document import packed, rendered
-from satform_tools.report.page.view3d import Space, box, space
+from satform_tools.report.page.document import SCENE_SCRIPTS, THREE, packed, rendered
+from satform_tools.report.page.view3d import Space, space
 from satform_tools.run.flight_summary import summarise
 from satform_tools.run.stored_run import StoredRun
 
@@ -71,7 +71,7 @@ def page_of(stored: StoredRun, timeline: Timeline | None = None) -> str:
         "events": [{"time": entry.time / clock.size, "kind": entry.kind} for entry in found],
         "keys": [],
     }
-    return rendered("report", page, data)
+    return rendered("report", page, data, scripts=SCENE_SCRIPTS, libraries=[THREE])
 
 
 def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) -> str:
@@ -131,7 +131,7 @@ def page_of_both(first: StoredRun, second: StoredRun, comparison: Comparison) ->
         "keys": ["A solid", "B dashed"],
         "sameOrbits": same_scenario,
     }
-    return rendered("report", page, data)
+    return rendered("report", page, data, scripts=SCENE_SCRIPTS, libraries=[THREE])
 
 
 def _duration(flights: Sequence[StoredRun]) -> float:
@@ -157,7 +157,6 @@ def _frame(flights: Sequence[StoredRun], clock: Unit, seen: list[Space]) -> dict
             _space(flight, f" · {side}" if len(flights) > 1 else "")
             for flight, side in zip(seen, _SIDES, strict=False)
         ],
-        "box": box(seen) if seen else [],
         "sameOrbits": True,
     }
 

@@ -118,145 +118,64 @@
   // ---- in space
 
   for (const flight of data.space) {
-    flight.clock = numbers(flight.time);
-    flight.at = numbers(flight.position);
-    flight.moments = flight.clock.length;
-    flight.count = flight.names.length;
+    const clock = numbers(flight.time), at = numbers(flight.position), count = flight.names.length;
+    Object.assign(flight, {
+      count, moments: clock.length, secondary: flight !== data.space[0], sameOrbits: data.sameOrbits,
+      time: (moment) => clock[moment],
+      place: (moment, satellite) => [...at.subarray((moment * count + satellite) * 3, (moment * count + satellite) * 3 + 3)],
+      orbits: flight.orbits.map((orbit) => orbit && numbers(orbit)),
+      chief: () => null, attitude: null,
+    });
   }
-
-  function column(flight, satellite, component, from, to) {
-    const values = new Float32Array(to - from);
-    for (let row = from; row < to; row++) values[row - from] = flight.at[(row * flight.count + satellite) * 3 + component];
-    return values;
-  }
-  const path = (flight, satellite, from, to) => ({
-    x: column(flight, satellite, 0, from, to),
-    y: column(flight, satellite, 1, from, to),
-    z: column(flight, satellite, 2, from, to),
-  });
 
   function nearest(flight) {
     const last = flight.moments - 1;
-    if (flight.clock[last] <= 0) return 0;
-    return Math.max(0, Math.min(last, Math.round((now / flight.clock[last]) * last)));
+    if (flight.time(last) <= 0) return 0;
+    return Math.max(0, Math.min(last, Math.round((now / flight.time(last)) * last)));
   }
   function linksAt(flight, moment) {
     let found = flight.links[0];
     for (const links of flight.links) if (links.moment <= moment) found = links;
     return found;
   }
-
-  function links(flight, moment) {
-    const all = { x: [], y: [], z: [] };
-    for (const pair of linksAt(flight, moment).pairs) {
-      if (pair.some((satellite) => hidden.has(satellite))) continue;
-      ["x", "y", "z"].forEach((name, component) => {
-        for (const satellite of pair) all[name].push(flight.at[(moment * flight.count + satellite) * 3 + component]);
-        all[name].push(null);
-      });
-    }
-    return all;
-  }
-
-  // Of each flight the traces that move, in the order in which they are drawn.
-  function moving(flight, number) {
+  const shown = () => data.space.map((flight) => {
     const moment = nearest(flight);
-    const shown = [...Array(flight.count).keys()];
-    const alive = linksAt(flight, moment).alive;
-    const parts = shown.map((satellite) => ({
-      ...path(flight, satellite, Math.max(0, moment - flight.trail), moment + 1),
-      type: "scatter3d", mode: "lines", visible: !hidden.has(satellite), hoverinfo: "skip", showlegend: false,
-      line: { color: colour(satellite), width: number ? 3 : 5 },
-    }));
-    parts.push({
-      ...links(flight, moment), type: "scatter3d", mode: "lines", hoverinfo: "skip", showlegend: false,
-      connectgaps: false, line: { color: style("--soft"), width: 2.5 },
-    });
-    const here = path(flight, 0, moment, moment + 1);
-    for (const name of ["x", "y", "z"]) here[name] = new Float32Array(flight.count);
-    shown.forEach((satellite) => ["x", "y", "z"].forEach((name, component) => {
-      here[name][satellite] = hidden.has(satellite) ? NaN : flight.at[(moment * flight.count + satellite) * 3 + component];
-    }));
-    parts.push({
-      ...here, type: "scatter3d", mode: "markers", showlegend: false,
-      text: flight.names.map((name, satellite) => name + flight.suffix + (alive[satellite] ? "" : ", lost")),
-      hovertemplate: `%{text}<br>x %{x:.6~g} ${data.length}<br>y %{y:.6~g} ${data.length}<br>z %{z:.6~g} ${data.length}<extra></extra>`,
-      marker: {
-        size: flight.count > 60 ? 3 : 7, symbol: shown.map((satellite) => alive[satellite] ? (number ? "diamond" : "circle") : "x"),
-        color: shown.map((satellite) => colour(satellite)), line: { color: style("--panel"), width: 1 },
-      },
-    });
-    if (flight.triangle) {
-      parts.push({
-        ...here, type: "mesh3d", i: [0], j: [1], k: [2], hoverinfo: "skip", flatshading: true,
-        color: dark.matches ? "#F2B933" : "#E69F00", opacity: hidden.size ? 0 : 0.22,
-        lighting: { ambient: 1, diffuse: 0, specular: 0 },
+    const { pairs, alive } = linksAt(flight, moment);
+    return { moment, alive, links: pairs.map((pair) => ({ pair, text: pair.map((index) => flight.names[index]).join(" and ") })) };
+  });
+
+  let scene = null;
+  function drawScene() {
+    if (!data.space.length) return;
+    if (!scene) {
+      scene = formationScene.create(element("scene"), {
+        three: libraries, colour, style, unit: () => ({ name: data.length, size: 1 }), dark: () => dark.matches,
       });
+      page.scene = scene;
+      scene.setFlights(data.space);
+      measureByClicks(scene, data.space[0]);
     }
-    return parts;
+    scene.hidden.clear();
+    for (const index of hidden) scene.hidden.add(index);
+    scene.restyle();
+    scene.show(shown());
+    scene.draw();
   }
 
-  function still(flight, number) {
-    const parts = [];
-    flight.orbits.forEach((orbit, satellite) => {
-      if (!orbit || (number && data.sameOrbits)) return;
-      const points = numbers(orbit);
-      const part = (component) => points.filter((_, index) => index % 3 === component);
-      parts.push({
-        x: part(0), y: part(1), z: part(2), type: "scatter3d", mode: "lines", hoverinfo: "skip", showlegend: false,
-        visible: !hidden.has(satellite), opacity: 0.75, line: { color: style("--soft"), width: 1.5, dash: "dot" },
-      });
+  // Two clicks on satellites measure their distance, one more ends that.
+  function measureByClicks(scene) {
+    let picked = [];
+    scene.on("pick", (satellite) => {
+      picked = picked.length === 2 || picked.includes(satellite) ? [] : [...picked, satellite];
+      scene.measure(picked.length === 2 ? picked : []);
     });
-    for (let satellite = 0; satellite < flight.count; satellite++) {
-      parts.push({
-        ...path(flight, satellite, 0, flight.moments), type: "scatter3d", mode: "lines", hoverinfo: "skip",
-        showlegend: false, visible: !hidden.has(satellite), opacity: number ? 0.35 : 0.5,
-        line: { color: colour(satellite), width: 1.5, dash: number ? "dash" : "solid" },
-      });
-    }
-    return parts;
-  }
-
-  // One scale on all axes, as large as the window allows.
-  function sides() {
-    const lengths = data.box.map(([low, high]) => high - low);
-    const room = element("scene").clientWidth / element("scene").clientHeight;
-    const scale = Math.min(1.75, 1.2 * room) / Math.max(...lengths);
-    return { x: lengths[0] * scale, y: lengths[1] * scale, z: lengths[2] * scale };
-  }
-
-  let movable = [];
-  function scene() {
-    if (!data.space.length) return null;
-    const chief = {
-      x: [0], y: [0], z: [0], type: "scatter3d", mode: "markers", showlegend: false, text: ["chief"],
-      hovertemplate: "%{text}<extra></extra>", marker: { symbol: "cross", size: 4, color: style("--ink") },
-    };
-    const all = [chief];
-    movable = [];
-    data.space.forEach((flight, number) => all.push(...still(flight, number)));
-    data.space.forEach((flight, number) => {
-      const parts = moving(flight, number);
-      movable.push(parts.map((_, index) => all.length + index));
-      all.push(...parts);
+    element("reset").addEventListener("click", () => scene.reset());
+    element("picture").addEventListener("click", () => {
+      const link = document.createElement("a");
+      link.href = scene.picture();
+      link.download = "formation.png";
+      link.click();
     });
-    const side = (title, range) => ({
-      title: { text: `${title} [${data.length}]`, font: { size: 12 } }, range, autorange: false, nticks: 6,
-      gridcolor: style("--rule"), zerolinecolor: style("--rule"), showbackground: false, color: style("--soft"),
-      tickfont: { size: 10 }, showspikes: false,
-    });
-    return Plotly.react(element("scene"), all, {
-      ...base(),
-      margin: { l: 0, r: 0, t: 0, b: 0 },
-      uirevision: "scene",
-      scene: {
-        aspectmode: "manual", aspectratio: sides(), dragmode: "orbit", uirevision: "scene",
-        camera: { eye: { x: 1.25, y: 0.8, z: 0.62 }, projection: { type: "orthographic" } },
-        xaxis: side("radial x", data.box[0]),
-        yaxis: side("along-track y", data.box[1]),
-        zaxis: side("cross-track z", data.box[2]),
-      },
-    }, config(["toImage", "resetCameraDefault3d"]));
   }
 
   // ---- the slider
@@ -268,14 +187,8 @@
     element("moment").textContent = `${now.toFixed(data.end < 20 ? 2 : data.end < 200 ? 1 : 0)} ${data.clock}`;
     if (!drawn || waiting) return waiting;
     waiting = new Promise((done) => requestAnimationFrame(done)).then(() => {
-      const work = data.space.map((flight, number) => {
-        const parts = moving(flight, number);
-        const part = (name) => parts.map((trace) => trace[name]);
-        const symbols = parts.map((trace) => (trace.marker ? trace.marker.symbol : undefined));
-        const change = { x: part("x"), y: part("y"), z: part("z") };
-        if (flight.links.length > 1) Object.assign(change, { "marker.symbol": symbols, text: part("text") });
-        return Plotly.restyle(element("scene"), change, movable[number]);
-      });
+      if (scene) scene.show(shown());
+      const work = [];
       for (const chart of everyChart()) {
         work.push(Plotly.relayout(chart.plot, { "shapes[0].x0": now, "shapes[0].x1": now }));
       }
@@ -317,7 +230,8 @@
   function draw() {
     chips();
     const work = everyChart().map((chart) => Plotly.react(chart.plot, traces(chart), layout(chart), config(["toImage", "resetScale2d"])));
-    return Promise.all([scene(), ...work]);
+    drawScene();
+    return Promise.all(work);
   }
 
   addCards(data.charts, "charts");

@@ -104,25 +104,6 @@ def _left_out(position: Array) -> str:
     return f"From step {step} on there are positions that are not finite; they are left out."
 
 
-def box(flights: list[Space]) -> list[list[float]]:
-    """The range of each axis that holds all flights, none much flatter than the longest.
-
-    Args:
-        flights: at least one.
-
-    Returns:
-        Smallest and largest value of x, y and z, in the unit of the positions.
-    """
-    points = [flight.position.reshape(-1, 3) for flight in flights]
-    points += [orbit for flight in flights for orbit in flight.orbits if len(orbit)]
-    points.append(np.zeros((1, 3)))
-    everything = np.concatenate(points)
-    low, high = np.nanmin(everything, axis=0), np.nanmax(everything, axis=0)
-    half = 0.53 * np.maximum(high - low, 0.25 * np.max(high - low))
-    middle = 0.5 * (low + high)
-    return [[float(low), float(high)] for low, high in zip(middle - half, middle + half, strict=True)]
-
-
 def _orbit(stored: StoredRun, index: int, length: Unit) -> Array:
     spec = stored.scenario.satellite(index)
     curve = flight_plan(stored.scenario, index).path.curve
