@@ -64,10 +64,14 @@ class Browser:
             self._note(message)
 
     def look(self, page: Path, width: int, scheme: str) -> None:
-        """Open a page in a window of a width and in a colour scheme, and wait until its figures are drawn."""
+        """Open a file in a window of a width and in a colour scheme, and wait until its figures are drawn."""
+        self.open(page.as_uri(), width, scheme)
+
+    def open(self, address: str, width: int, scheme: str) -> None:
+        """Open an address, as `look` opens a file."""
         self.resize(width)
         self.scheme(scheme)
-        self.call("Page.navigate", url=page.as_uri())
+        self.call("Page.navigate", url=address)
         drawn = """new Promise((done) => {
           const look = () => document.documentElement?.dataset.drawn === "yes"
             || (document.getElementById("trouble") && !document.getElementById("trouble").hidden);
@@ -95,6 +99,19 @@ class Browser:
         answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
         assert "exceptionDetails" not in answer, answer["exceptionDetails"]
         return answer["result"].get("value")
+
+    def until(self, condition: str) -> Any:
+        """Wait until a JavaScript expression is true, and return its value."""
+        return self.value(f"""new Promise((done, fail) => {{
+          const end = performance.now() + {1e3 * PATIENCE / 2};
+          const timer = setInterval(() => {{
+            const found = {condition};
+            if (!found && performance.now() < end) return;
+            clearInterval(timer);
+            if (found) done(found);
+            else fail(new Error({json.dumps("never: " + condition)}));
+          }}, 30);
+        }})""")
 
     def picture(self, file: Path, place: dict[str, float] | None = None) -> None:
         """Keep a place of the page as a PNG; all of it when none is named."""

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
-from satform_tools.cli.shared_options import Json
+from satform_tools.cli.shared_options import LOOPBACK, Bind, Control, Json, Port
+from satform_tools.errors import CommandError
 
 if TYPE_CHECKING:
     from satform_tools.inspect.observer_node import Observer
@@ -314,10 +315,26 @@ def reconfigure(
 def watch(
     observer: "Observer",
     once: Annotated[bool, typer.Option("--once", help="Print one frame and end.")] = False,
+    browser: Annotated[
+        bool,
+        typer.Option("--browser", help="Serve a page for browsers instead, and print its address."),
+    ] = False,
+    control: Control = False,
+    port: Port = 0,
+    bind: Bind = LOOPBACK,
     *,
     as_json: bool,
 ) -> int:
     """Show the state of a running formation until its flight ends, or Ctrl-C."""
+    if browser:
+        if once or as_json:
+            raise CommandError("--browser excludes --once and --json, which are for text")
+        from satform_tools.cli import names
+        from satform_tools.live import command, watched
+
+        return watched.watch(observer, command.Place(names.address(bind), port), control=control)
+    if control or port or bind != LOOPBACK:
+        raise CommandError("--control, --port and --bind need --browser")
     from satform_tools.inspect import watch as watch_command
 
     return watch_command.watch(observer, once=once, as_json=as_json)

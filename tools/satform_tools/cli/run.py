@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import console
-from satform_tools.cli.shared_options import Changes, Json, Junit, Quiet, Run
+from satform_tools.cli.shared_options import LOOPBACK, Bind, Changes, Control, Json, Junit, Port, Quiet, Run
 from satform_tools.errors import CommandError
 
 EPILOG = (
@@ -134,6 +134,13 @@ def run(
     ] = None,
     junit: Junit = None,
     quiet: Quiet = False,
+    live: Annotated[
+        bool,
+        typer.Option("--live", help="Also serve a page on which the flight can be watched in a browser."),
+    ] = False,
+    control: Control = False,
+    port: Port = 0,
+    bind: Bind = LOOPBACK,
 ) -> None:
     """Fly a scenario, record a bag and evaluate the expectations."""
     if rate is not None and mode is not RunMode.REALTIME:
@@ -141,6 +148,8 @@ def run(
             f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
+    if not live and (control or port or bind != LOOPBACK):
+        raise CommandError("--control, --port and --bind need --live")
     from satform_tools.report import junit as junit_file
 
     with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
@@ -152,7 +161,7 @@ def run(
         from satform_tools.cli import names
         from satform_tools.report import flight_junit, tables
         from satform_tools.run import command as run_command
-        from satform_tools.run import scenario_library
+        from satform_tools.run import live_page, scenario_library
 
         loaded_case = None
         if campaign is not None and case is not None:
@@ -172,8 +181,11 @@ def run(
             profile=profile,
             namespace=names.namespace(namespace),
             quiet=quiet,
+            live=live,
         )
-        result = run_command.run(flown, mode.value, record=record, out=out, options=options)
+        page = live_page.LivePage(names.address(bind), port, control) if live else None
+        with live_page.beside(page, options.namespace) as served:
+            result = run_command.run(flown, mode.value, record=record, out=out, options=options)
     flight_junit.write(result, junit)
     if loaded_case is not None:
         loaded_case.describe(result.folder)
@@ -185,6 +197,7 @@ def run(
         console.as_json(result.data())
     else:
         tables.print_result(result, quiet=quiet)
+    served.wait()
     raise typer.Exit(result.exit_code)
 
 

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from satform_tools import output_streams
-from satform_tools.cli.shared_options import Changes, Json, ScenarioArgument
+from satform_tools.cli.shared_options import LOOPBACK, Bind, Changes, Json, Port, Run, ScenarioArgument
 from satform_tools.errors import CommandError
 from satform_tools.report.formats import CheckFormat, FlightFormat
 from satform_tools.templates.kinds import PartKind
@@ -26,6 +26,7 @@ def add_to(app: typer.Typer) -> None:
     app.command()(interface)
     app.command()(security)
     app.command()(report)
+    app.command()(view)
 
 
 def list_scenarios(json: Json = False) -> None:
@@ -159,6 +160,17 @@ def security(
     if possible_graph is not None:
         further = command.further_graph(scenario, changes or (), possible_graph)
     command.secure(loaded, out, days, domain, further, as_json=json)
+
+
+def view(run: Run, port: Port = 0, bind: Bind = LOOPBACK) -> None:
+    """Serve a page in which a stored flight can be watched again, until Ctrl-C.
+
+    Prints the page's address, which has a token; the page needs no network.
+    """
+    from satform_tools.cli import names
+    from satform_tools.live import command as live
+
+    raise typer.Exit(live.view(run, live.Place(names.address(bind), port)))
 
 
 def report(

@@ -26,3 +26,25 @@ Quiet = Annotated[
         help="Print neither progress nor times of the wall clock: equal flights print the same text.",
     ),
 ]
+
+LOOPBACK = "127.0.0.1"
+"""Address of this machine that no other one can reach."""
+
+Port = Annotated[
+    int, typer.Option(min=0, max=65535, metavar="N", help="Port of the page; 0 for any that is free.")
+]
+Bind = Annotated[
+    str,
+    typer.Option(
+        metavar="ADDRESS",
+        help="IP address of this machine on which the page is served; the printed address "
+        "opens it from other machines, too.",
+    ),
+]
+Control = Annotated[
+    bool,
+    typer.Option(
+        "--control",
+        help="Let the page pause, step, resume and stop the flight, and change its parameters and its graph.",
+    ),
+]

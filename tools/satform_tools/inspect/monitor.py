@@ -43,7 +43,7 @@ _NOTHING = (math.nan, math.nan, math.nan)
 
 
 @dataclass
-class _Latest:
+class Latest:
     """The newest message of a topic.
 
     Attributes:
@@ -57,17 +57,19 @@ class _Latest:
     subscription: Any = None
 
     def store(self, message: Any) -> None:
+        """Take a message."""
         self.message, self.since = message, time.monotonic()
 
     def update(self) -> None:
+        """Take what is in the queue."""
         _take_all(self.subscription)
 
 
 @dataclass
 class _Satellite:
-    tracking: _Latest
-    command: _Latest
-    announcement: _Latest
+    tracking: Latest
+    command: Latest
+    announcement: Latest
     created: float = field(default_factory=time.monotonic)
 
     def update(self) -> None:
@@ -95,7 +97,7 @@ class FormationMonitor:
         self.events: deque[str] = deque(maxlen=100)
         # Subscribed before the present status is read, so that no change falls in between.
         observer.require_formation()
-        self._status = self._latest(FormationStatus, topic_table.STATUS)
+        self._status = self.newest(FormationStatus, topic_table.STATUS)
         self.status = observer.latest_status()
         alive = zip(self.status.satellites, self.status.alive, strict=True)
         self._satellites = {name: self._subscribe(name, bool(living)) for name, living in alive}
@@ -174,8 +176,14 @@ class FormationMonitor:
             events=tuple(self.events),
         )
 
-    def _latest(self, kind: Any, topic: str) -> _Latest:
-        newest = _Latest()
+    def newest(self, kind: Any, topic: str) -> Latest:
+        """Subscribe to a topic for its newest message.
+
+        Args:
+            kind: of the message.
+            topic: its name in the root namespace.
+        """
+        newest = Latest()
         newest.subscription = self._observer.node.create_subscription(
             kind, self._observer.full_name(topic), newest.store, best_effort(1)
         )
@@ -195,9 +203,9 @@ class FormationMonitor:
         kind, topic = announced or (ArcLength, topic_name("arc_length", name))
         topic = f"/{name}/{topic.rpartition('/')[2]}"
         return _Satellite(
-            self._latest(Tracking, topic_name("tracking", name)),
-            self._latest(Command, topic_name("command", name)),
-            self._latest(kind, topic),
+            self.newest(Tracking, topic_name("tracking", name)),
+            self.newest(Command, topic_name("command", name)),
+            self.newest(kind, topic),
         )
 
     def _announces(self, name: str) -> tuple[Any, str] | None:

@@ -89,6 +89,10 @@ class Observer:
             self._executor.spin_once(timeout_sec=min(left, _POLL_PERIOD))
         return True
 
+    def poll(self) -> None:
+        """Process what is there, such as the response of a service; returns at once."""
+        self._executor.spin_once(timeout_sec=0.0)
+
     def full_name(self, topic: str) -> str:
         """Full name of a topic of the formation.
 

@@ -46,6 +46,7 @@ class RunOptions:
         profile: whether to write what every process did when.
         namespace: of all nodes and topics, such as `/f1`; empty for the root.
         quiet: whether neither progress nor a time of the wall clock is printed.
+        live: whether a page is served on which the flight can be watched.
     """
 
     measure_round_trip: bool = False
@@ -59,6 +60,7 @@ class RunOptions:
     profile: bool = False
     namespace: str = ""
     quiet: bool = False
+    live: bool = False
 
 
 def run(
@@ -115,6 +117,7 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
     if mode == "inprocess":
         needs_dds = (
             (options.display, "--display", "needs topics"),
+            (options.live, "--live", "needs topics"),
             (options.keystore, "--secure", "needs DDS"),
             (options.profile, "--profile", "needs several processes"),
             (options.satellites_per_process > 1, "--satellites-per-process", "needs several processes"),
@@ -134,6 +137,8 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
         raise CommandError(
             "--namespace and --secure exclude each other: a keystore's permissions are for the root namespace"
         )
+    if options.live and options.keystore is not None:
+        raise CommandError("--live and --secure exclude each other: a keystore has no keys for the page")
     if options.display and options.keystore is not None:
         raise CommandError(
             "--display and --secure exclude each other: a keystore has no keys for the display"

@@ -19,7 +19,7 @@ RUNTIME = (
     *("numpy", "scipy", "networkx", "brahe", "sgp4", "clarabel"),
     *("pydantic", "ruamel.yaml", "jsonschema"),
     *("mcap", "mcap-ros2-support", "rosbags", "cryptography"),
-    *("typer", "rich", "matplotlib", "jinja2", "plotly", "arro3-core", "arro3-io", "distributed"),
+    *("typer", "rich", "matplotlib", "jinja2", "plotly", "tornado", "arro3-core", "arro3-io", "distributed"),
 )
 """Packages that commands and nodes import; what builds and tests them is left out."""
 

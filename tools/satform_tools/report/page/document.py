@@ -17,11 +17,12 @@ from markupsafe import Markup
 from numpy.typing import NDArray
 
 from satform.numeric.elementwise import Array
-from satform_tools import scene3d
+from satform_tools import scene
 
-_PARTS = Path(__file__).parent
+PARTS = Path(__file__).parent
+"""Folder of what pages share."""
 
-_SCENE = Path(scene3d.__file__).parent
+_SCENE = Path(scene.__file__).parent
 """Folder of the scene's scripts, and of the libraries in `vendor/`."""
 
 SCENE_SCRIPTS = tuple(_SCENE / f"{name}.js" for name in ("geometry", "objects", "labels", "pointer", "scene"))
@@ -35,7 +36,7 @@ def rendered(
     name: str,
     page: dict[str, Any],
     data: dict[str, Any],
-    folder: Path = _PARTS,
+    folder: Path = PARTS,
     *,
     scripts: Sequence[Path] = (),
     libraries: Sequence[Path] = (),
@@ -54,15 +55,15 @@ def rendered(
         The HTML file's text.
     """
     environment = Environment(
-        loader=FileSystemLoader([folder, _PARTS]),
+        loader=FileSystemLoader([folder, PARTS]),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
     )
-    shared = (_PARTS / "figures.js", *scripts, folder / f"{name}.js")
+    shared = (PARTS / "figures.js", *scripts, folder / f"{name}.js")
     return environment.get_template(f"{name}.html.j2").render(
         page=page,
-        style=Markup(_part(_PARTS / "report.css")),  # noqa: S704 - our own file
+        style=Markup(_part(PARTS / "report.css")),  # noqa: S704 - our own file
         script=Markup("\n".join(_part(file) for file in shared)),  # noqa: S704 - likewise
         data=Markup(as_script_data(data)),  # noqa: S704 - escaped
         libraries=[Markup(text) for text in (_plotly(), *map(_compressed, libraries))],  # noqa: S704 - base64

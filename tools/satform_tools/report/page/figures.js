@@ -13,6 +13,13 @@ const page = (() => {
     light: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#B98300", "#56B4E9", "#444444"],
     dark: ["#5AAEEB", "#FF8F52", "#35CC9C", "#E79FC9", "#F2B933", "#9AD4F7", "#D8D8D8"],
   };
+  // Of a satellite by its index, among so many; of what belongs to none by null.
+  const colour = (index, count) => {
+    const palette = palettes[dark.matches ? "dark" : "light"];
+    if (index === null) return style("--ink");
+    if (count <= palette.length) return palette[index % palette.length];
+    return `hsl(${Math.round((330 * index) / count)}, 65%, ${dark.matches ? 65 : 42}%)`;
+  };
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   function floats(packed) {
@@ -91,5 +98,5 @@ const page = (() => {
       });
   }
 
-  return { data, element, dark, config, palettes, style, numbers, axis, base, addCards, start };
+  return { data, element, dark, config, palettes, colour, style, numbers, axis, base, addCards, start };
 })();

@@ -4,17 +4,12 @@
 
 // Draws a report's figures from the numbers in the page, and moves the satellites with the slider.
 (() => {
-  const { data, element, dark, config, palettes, style, numbers, axis, base, addCards, start } = page;
+  const { data, element, dark, config, style, numbers, axis, base, addCards, start } = page;
   const hidden = new Set();
   let now = data.end;
   let drawn = false;
 
-  const colour = (index) => {
-    const palette = palettes[dark.matches ? "dark" : "light"];
-    if (index === null) return style("--ink");
-    if (data.satellites <= palette.length) return palette[index % palette.length];
-    return `hsl(${Math.round((330 * index) / data.satellites)}, 65%, ${dark.matches ? 65 : 42}%)`;
-  };
+  const colour = (index) => page.colour(index, data.satellites);
 
   // ---- over time
 

@@ -74,16 +74,16 @@ def heading(direction: Array) -> Array:
     return result
 
 
-def attitude_in_lvlh(mrp: Array, orbit: CircularOrbit, time: float) -> Array:
+def attitude_in_lvlh(mrp: Array, orbit: CircularOrbit, time: float | Array) -> Array:
     """Attitude of a body as seen in the chief's rotating frame.
 
     Args:
-        mrp: modified Rodrigues parameters, inertial to body, shape (3,).
+        mrp: modified Rodrigues parameters, inertial to body, shape (..., 3).
         orbit: of the chief in the same inertial axes.
-        time: simulated, s.
+        time: simulated, s, a number or shape (...).
 
     Returns:
-        x, y, z, w of the quaternion that takes body components to LVLH components, shape (4,).
+        x, y, z, w of the quaternion that takes body components to LVLH components, shape (..., 4).
 
     Source: Schaub & Junkins, ch. 3 and 14.
     """
@@ -91,7 +91,8 @@ def attitude_in_lvlh(mrp: Array, orbit: CircularOrbit, time: float) -> Array:
     frame = lvlh_frame(chief.value, chief.rate)
     axes = np.stack((frame.radial, frame.along_track, frame.normal), axis=-2)
     scalar, vector = quaternion(relative_mrp(mrp, mrp_from_direction_cosines(axes)))
-    return np.array([vector[0], vector[1], vector[2], float(scalar)])
+    turned: Array = np.concatenate((vector, np.asarray(scalar)[..., None]), axis=-1)
+    return turned
 
 
 def satellite_colour(index: int) -> Colour:

@@ -56,6 +56,7 @@ const formationScene = (() => {
     setFrame: (name) => setFrame(space, name),
     frame: () => space.frame,
     look: (direction) => look(space, direction),
+    reaim: () => aim(space),
     reset: () => { space.followed = null; fit(space, {}); rebuild(space); aim(space); update(space); },
     setEarthAngle: (angle) => { space.earthAngle = angle; },
     measure: (pair) => { space.measured = pair; update(space); },
@@ -131,7 +132,7 @@ const formationScene = (() => {
   function filled(space) {
     const { camera, bounds, focus, scale, three, sizes } = space;
     camera.updateMatrixWorld();
-    const room = sizes.map((size) => Math.max(0.5, 1 - 120 / size));
+    const room = [Math.max(0.45, 1 - 190 / sizes[0]), Math.max(0.5, 1 - 110 / sizes[1])];
     let most = 0;
     for (let corner = 0; corner < 8; corner++) {
       const place = [0, 1, 2].map((k) => (bounds[k][(corner >> k) & 1] - focus[k]) * scale);

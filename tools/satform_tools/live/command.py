@@ -1,0 +1,75 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The commands that serve the live page: `view` of stored flights, `watch --browser` of those under way."""
+
+import asyncio
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from satform.common.exit_codes import EXIT_DONE, EXIT_STOPPED
+from satform_tools import console
+from satform_tools.live.render import page
+from satform_tools.live.server import LOOPBACK, LiveServer
+from satform_tools.live.source import Hands, Source
+from satform_tools.live.stored_flight import StoredFlight
+from satform_tools.run import stored_run
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a page is served.
+
+    Attributes:
+        address: IP address of this machine.
+        port: 0 for any that is free.
+    """
+
+    address: str = LOOPBACK
+    port: int = 0
+
+
+def view(run: Path, place: Place) -> int:
+    """Serve the page of a stored flight until Ctrl-C.
+
+    Args:
+        run: folder of a run, folder of a bag, or `.mcap` file.
+        place: where to serve it.
+
+    Returns:
+        Exit code.
+
+    Raises:
+        CommandError: there is no such flight, or the port cannot be bound.
+    """
+    stored = stored_run.find(run)
+    return serve(StoredFlight(stored), stored.scenario.title, place, finished=lambda _viewers: False)
+
+
+def serve(
+    source: Source, title: str, place: Place, *, finished: Callable[[int], bool], hands: Hands | None = None
+) -> int:
+    """Serve the page of a flight, and print its address.
+
+    Args:
+        source: the flight.
+        title: of the page until the flight is known.
+        place: where to serve it.
+        finished: whether to end; asked at each update with the number of viewers.
+        hands: what viewers may do; None for viewers who look only.
+
+    Returns:
+        Exit code: 130 after Ctrl-C.
+
+    Raises:
+        CommandError: the port cannot be bound.
+    """
+    server = LiveServer(source, page(title), hands, place.address, place.port)
+    console.line(server.url)
+    sys.stdout.flush()
+    try:
+        asyncio.run(server.serve(finished))
+    except KeyboardInterrupt:
+        return EXIT_STOPPED
+    return EXIT_DONE

@@ -1,0 +1,107 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""Serves the live page of a flight under way, in a process of its own."""
+
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_STOPPED
+from satform_bringup.supervisor.run_registry import registered_runs
+from satform_nodes.runtime.signals import interrupting
+from satform_tools import console
+from satform_tools.errors import CommandError
+from satform_tools.inspect import observer_node
+from satform_tools.inspect.observer_node import Observer
+from satform_tools.live import command
+from satform_tools.live.command import Place
+from satform_tools.live.ros_flight import RosFlight
+from satform_tools.live.ros_hands import RosHands
+
+_LINGERS = 5.0
+"""Wall-clock time after the end of a flight for which a page may still be opened, s."""
+
+_APPEARS = 120.0
+"""Wall-clock time within which a flight that was started beside this has to be there, s."""
+
+_POLLING = 0.1
+_NICENESS = 10
+
+
+def watch(observer: Observer, place: Place, *, control: bool) -> int:
+    """Serve the page of a flight until it is over and no page is open any more, or Ctrl-C.
+
+    Args:
+        observer: in the formation's domain.
+        place: where to serve it.
+        control: whether pages may control the flight.
+
+    Returns:
+        Exit code: 0, or 130 after Ctrl-C.
+
+    Raises:
+        CommandError: no formation flies here, or the port cannot be bound.
+    """
+    # The flight has the processor first.
+    os.nice(_NICENESS)
+    flight = RosFlight(observer)
+    hands = RosHands(observer, flight.monitor) if control else None
+    return command.serve(flight, flight.formation()["title"], place, finished=_ended(flight), hands=hands)
+
+
+def _ended(flight: RosFlight) -> Callable[[int], bool]:
+    """Whether a flight is over, and for a while no page has been open."""
+    since: list[float] = []
+
+    def ended(viewers: int) -> bool:
+        if not flight.monitor.over or viewers:
+            since.clear()
+            return False
+        since[:] = since or [time.monotonic()]
+        return time.monotonic() - since[0] > _LINGERS
+
+    return ended
+
+
+def watch_run_of(process: int, namespace: str | None, place: Place, *, control: bool) -> int:
+    """Serve the page of the flight that a process flies, as soon as it is there.
+
+    Args:
+        process: id of the process that starts the flight.
+        namespace: of the formation.
+        place: where to serve the page.
+        control: whether pages may control the flight.
+
+    Raises:
+        CommandError: the process starts no flight in time.
+    """
+    end = time.monotonic() + _APPEARS
+    while not (found := [run for run in registered_runs() if run.process == process]):
+        if time.monotonic() > end:
+            raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
+        time.sleep(_POLLING)  # between two looks at the registry of runs
+    with observer_node.observe(found[0].domain, _APPEARS, namespace) as observer:
+        return watch(observer, place, control=control)
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Serve the page of the flight of another process; what `satform run --live` starts beside itself.
+
+    Args:
+        arguments: id of that process, namespace, address, port, and `control` or `look`.
+    """
+    process, namespace, address, port, hands = arguments
+    try:
+        with interrupting():
+            place = Place(address, int(port))
+            return watch_run_of(int(process), namespace, place, control=hands == "control")
+    except CommandError as error:
+        console.error(str(error))
+        return EXIT_BAD_INPUT
+    except KeyboardInterrupt:
+        return EXIT_STOPPED
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,72 @@
+# Copyright 2026 satform contributors
+# SPDX-License-Identifier: Apache-2.0
+"""The live page beside a flight, in a process of its own, which cannot delay the flight."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class LivePage:
+    """Where and how the page is served.
+
+    Attributes:
+        address: IP address of this machine.
+        port: 0 for any that is free.
+        control: whether pages may control the flight.
+    """
+
+    address: str
+    port: int
+    control: bool
+
+
+class Served:
+    """A page that is being served; or none.
+
+    It ends by itself when the flight is over and no browser has the page open.
+    """
+
+    def __init__(self, process: subprocess.Popen[bytes] | None = None) -> None:
+        self._process = process
+
+    def wait(self) -> None:
+        """Wait until it ends; Ctrl-C ends it, too."""
+        if self._process is not None:
+            self._process.wait()
+
+    def end(self) -> None:
+        """End it now."""
+        if self._process is not None:
+            self._process.terminate()
+            self._process.wait()
+
+
+@contextmanager
+def beside(page: LivePage | None, namespace: str) -> Iterator[Served]:
+    """Serve the page of the flight that this process flies within the block.
+
+    The address is printed to standard error. If the block raises, the page ends with it.
+
+    Args:
+        page: how to serve it; None for no page.
+        namespace: of the formation; empty for the root.
+
+    Yields:
+        What is served, to be waited for.
+    """
+    if page is None:
+        yield Served()
+        return
+    words = (os.getpid(), namespace, page.address, page.port, "control" if page.control else "look")
+    command = [sys.executable, "-m", "satform_tools.live.watched", *map(str, words)]
+    served = Served(subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sys.stderr))
+    try:
+        yield served
+    except BaseException:
+        served.end()
+        raise
