@@ -332,7 +332,7 @@ def watch(
         from satform_tools.cli import names
         from satform_tools.live import command, watched
 
-        return watched.watch(observer, command.Place(names.address(bind), port), control=control)
+        return watched.watch(observer, command.Binding(names.address(bind), port), control=control)
     if control or port or bind != LOOPBACK:
         raise CommandError("--control, --port and --bind need --browser")
     from satform_tools.inspect import watch as watch_command

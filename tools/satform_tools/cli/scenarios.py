@@ -170,7 +170,7 @@ def view(run: Run, port: Port = 0, bind: Bind = LOOPBACK) -> None:
     from satform_tools.cli import names
     from satform_tools.live import command as live
 
-    raise typer.Exit(live.view(run, live.Place(names.address(bind), port)))
+    raise typer.Exit(live.view(run, live.Binding(names.address(bind), port)))
 
 
 def report(

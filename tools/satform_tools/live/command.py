@@ -18,7 +18,7 @@ from satform_tools.run import stored_run
 
 
 @dataclass(frozen=True)
-class Place:
+class Binding:
     """Where a page is served.
 
     Attributes:
@@ -30,12 +30,12 @@ class Place:
     port: int = 0
 
 
-def view(run: Path, place: Place) -> int:
+def view(run: Path, binding: Binding) -> int:
     """Serve the page of a stored flight until Ctrl-C.
 
     Args:
         run: folder of a run, folder of a bag, or `.mcap` file.
-        place: where to serve it.
+        binding: where to serve it.
 
     Returns:
         Exit code.
@@ -44,18 +44,23 @@ def view(run: Path, place: Place) -> int:
         CommandError: there is no such flight, or the port cannot be bound.
     """
     stored = stored_run.find(run)
-    return serve(StoredFlight(stored), stored.scenario.title, place, finished=lambda _viewers: False)
+    return serve(StoredFlight(stored), stored.scenario.title, binding, finished=lambda _viewers: False)
 
 
 def serve(
-    source: Source, title: str, place: Place, *, finished: Callable[[int], bool], hands: Hands | None = None
+    source: Source,
+    title: str,
+    binding: Binding,
+    *,
+    finished: Callable[[int], bool],
+    hands: Hands | None = None,
 ) -> int:
     """Serve the page of a flight, and print its address.
 
     Args:
         source: the flight.
         title: of the page until the flight is known.
-        place: where to serve it.
+        binding: where to serve it.
         finished: whether to end; asked at each update with the number of viewers.
         hands: what viewers may do; None for viewers who look only.
 
@@ -65,7 +70,7 @@ def serve(
     Raises:
         CommandError: the port cannot be bound.
     """
-    server = LiveServer(source, page(title), hands, place.address, place.port)
+    server = LiveServer(source, page(title), hands, binding.address, binding.port)
     console.line(server.url)
     sys.stdout.flush()
     try:

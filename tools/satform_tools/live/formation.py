@@ -16,7 +16,6 @@ from satform.orbits.chief import KeplerianChief, earth_angle_at
 from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
 from satform.orbits.inertial_motion import unperturbed
 from satform.plot import prediction
-from satform.plot.time_series import agrees
 from satform.scenario import Scenario
 from satform_tools.live.history import packed
 
@@ -80,7 +79,7 @@ class FormationView:
             "chief_note": self._chief_note(),
             "earth_angle": 0.0 if epoch is None else earth_angle_at(epoch),
             "earth_rate": EARTH_RATE,
-            "agrees": agrees(scenario),
+            "agrees": _exchanges_phases(scenario),
             "theory": self._theory(),
             "consensus": scenario.consensus.announces,
         }
@@ -120,13 +119,18 @@ class FormationView:
         return f"The chief is drawn on its orbit of time zero, without perturbations.{plane}"
 
     def _theory(self) -> dict[str, str] | None:
-        if not agrees(self.scenario):
+        if not _exchanges_phases(self.scenario):
             return None
         moments = np.linspace(0.0, self.scenario.timing.steps * self.scenario.timing.step, _PREDICTED + 1)
         expected = prediction.arc_length_spread(self.scenario, moments)
         return (
             None if expected is None else {"time": packed(moments, double=True), "spread": packed(expected)}
         )
+
+
+def _exchanges_phases(scenario: Scenario) -> bool:
+    """Whether there are satellites that send their phases to others."""
+    return scenario.consensus.announces == "arc_length" and bool(scenario.communication_graph().edges)
 
 
 def _edges(scenario: Scenario) -> list[tuple[int, int]]:

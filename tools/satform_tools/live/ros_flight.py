@@ -54,7 +54,7 @@ class RosFlight:
         self.scenario = _scenario(observer, self._names)
         self._view = None if self.scenario is None else FormationView(self.scenario)
         self._edges = _present_edges(status) if self._view is None else self._view.edges
-        self._place = {edge: index for index, edge in enumerate(self._edges)}
+        self._edge_index = {edge: index for index, edge in enumerate(self._edges)}
         self._subscribe()
         self.history = History(columns(len(self._names), len(self._edges)))
         self.events: list[dict[str, Any]] = []
@@ -185,9 +185,9 @@ class RosFlight:
         found: Array = np.full(len(self._edges), np.nan)
         numbers = {name: index for index, name in enumerate(self._names)}
         for link in frame.links:
-            place = self._place.get((numbers[link.receiver], numbers[link.sender]))
-            if place is not None:
-                found[place] = link.age
+            index = self._edge_index.get((numbers[link.receiver], numbers[link.sender]))
+            if index is not None:
+                found[index] = link.age
         return found
 
     def _losses(self) -> Array:
@@ -195,9 +195,9 @@ class RosFlight:
         for receiver, latest in self._conditions.items():
             latest.update()
             for sender, loss in enumerate(() if latest.message is None else latest.message.loss):
-                place = self._place.get((receiver, sender))
-                if place is not None:
-                    found[place] = loss
+                index = self._edge_index.get((receiver, sender))
+                if index is not None:
+                    found[index] = loss
         return found
 
 

@@ -217,7 +217,7 @@ class _Guarded(RequestHandler):
         self.server = server
 
     def prepare(self) -> None:
-        refuse_strangers(self.request, self.server)
+        require_token(self.request, self.server)
 
     def set_default_headers(self) -> None:
         self.clear_header("Server")
@@ -227,7 +227,7 @@ class _Guarded(RequestHandler):
         self.finish(f"{status_code}: {self._reason}\n")
 
 
-def refuse_strangers(request: HTTPServerRequest, server: LiveServer) -> None:
+def require_token(request: HTTPServerRequest, server: LiveServer) -> None:
     """Raise unless a request is for this host and has the token.
 
     Another name of the host would be that of a site that lets its name point here (DNS rebinding).
@@ -267,7 +267,7 @@ class LiveSocket(WebSocketHandler):
 
     def prepare(self) -> None:
         """Refuse strangers, and more viewers than there is room for."""
-        refuse_strangers(self.request, self.server)
+        require_token(self.request, self.server)
         if len(self.server.viewers) >= MOST_VIEWERS:
             raise HTTPError(503, reason=f"{MOST_VIEWERS} pages are connected already")
 

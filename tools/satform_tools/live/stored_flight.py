@@ -11,7 +11,7 @@ from satform.display.shapes import attitude_in_lvlh
 from satform.evaluation.arc_lengths import arc_length_spread
 from satform.flight.compile import scene_plan
 from satform.numeric.elementwise import Array, Indices
-from satform.plot.time_series import agrees
+from satform.plot.time_series import has_arc_length_spread
 from satform_tools.live.formation import FormationView
 from satform_tools.live.history import Column, History
 from satform_tools.report.event_log import flight_events, graph_states
@@ -58,6 +58,7 @@ class StoredFlight:
         self._stored = stored
         self._view = FormationView(stored.scenario)
         self._verdicts = stored.verdicts()
+        self._spreads = has_arc_length_spread(stored.scenario, stored.record)
         self.events: list[dict[str, Any]] = [
             {"time": entry.time, "kind": entry.kind, "text": entry.text} for entry in flight_events(stored)
         ]
@@ -75,7 +76,13 @@ class StoredFlight:
     def formation(self) -> dict[str, Any]:
         """What does not change during the flight."""
         duration = self._stored.record.steps * self._stored.record.step
-        return {**self._view.description(), "live": False, "duration": duration, "delta_v_note": ""}
+        return {
+            **self._view.description(),
+            "agrees": self._spreads,
+            "live": False,
+            "duration": duration,
+            "delta_v_note": "",
+        }
 
     def status(self) -> dict[str, Any]:
         """The conclusion on the flight, which is over."""
@@ -99,7 +106,7 @@ class StoredFlight:
         rows = np.unique(np.linspace(0, record.steps, min(wanted, record.steps + 1)).round().astype(np.int64))
         steps = np.minimum(rows, record.steps - 1)
         found = History(columns(count, len(edges)), most=len(rows) + 1)
-        spread = arc_length_spread(record)[rows] if agrees(self._stored.scenario) else None
+        spread = arc_length_spread(record)[rows] if self._spreads else None
         age, loss = self._links(steps)
         values: dict[str, Array | None] = {
             "position": record.position[rows],

@@ -15,7 +15,7 @@ from satform_tools.errors import CommandError
 from satform_tools.inspect import observer_node
 from satform_tools.inspect.observer_node import Observer
 from satform_tools.live import command
-from satform_tools.live.command import Place
+from satform_tools.live.command import Binding
 from satform_tools.live.ros_flight import RosFlight
 from satform_tools.live.ros_hands import RosHands
 
@@ -29,12 +29,12 @@ _POLLING = 0.1
 _NICENESS = 10
 
 
-def watch(observer: Observer, place: Place, *, control: bool) -> int:
+def watch(observer: Observer, binding: Binding, *, control: bool) -> int:
     """Serve the page of a flight until it is over and no page is open any more, or Ctrl-C.
 
     Args:
         observer: in the formation's domain.
-        place: where to serve it.
+        binding: where to serve it.
         control: whether pages may control the flight.
 
     Returns:
@@ -47,7 +47,7 @@ def watch(observer: Observer, place: Place, *, control: bool) -> int:
     os.nice(_NICENESS)
     flight = RosFlight(observer)
     hands = RosHands(observer, flight.monitor) if control else None
-    return command.serve(flight, flight.formation()["title"], place, finished=_ended(flight), hands=hands)
+    return command.serve(flight, flight.formation()["title"], binding, finished=_ended(flight), hands=hands)
 
 
 def _ended(flight: RosFlight) -> Callable[[int], bool]:
@@ -64,13 +64,13 @@ def _ended(flight: RosFlight) -> Callable[[int], bool]:
     return ended
 
 
-def watch_run_of(process: int, namespace: str | None, place: Place, *, control: bool) -> int:
+def watch_run_of(process: int, namespace: str | None, binding: Binding, *, control: bool) -> int:
     """Serve the page of the flight that a process flies, as soon as it is there.
 
     Args:
         process: id of the process that starts the flight.
         namespace: of the formation.
-        place: where to serve the page.
+        binding: where to serve the page.
         control: whether pages may control the flight.
 
     Raises:
@@ -82,7 +82,7 @@ def watch_run_of(process: int, namespace: str | None, place: Place, *, control: 
             raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
         time.sleep(_POLLING)  # between two looks at the registry of runs
     with observer_node.observe(found[0].domain, _APPEARS, namespace) as observer:
-        return watch(observer, place, control=control)
+        return watch(observer, binding, control=control)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -94,8 +94,8 @@ def main(arguments: Sequence[str]) -> int:
     process, namespace, address, port, hands = arguments
     try:
         with interrupting():
-            place = Place(address, int(port))
-            return watch_run_of(int(process), namespace, place, control=hands == "control")
+            binding = Binding(address, int(port))
+            return watch_run_of(int(process), namespace, binding, control=hands == "control")
     except CommandError as error:
         console.error(str(error))
         return EXIT_BAD_INPUT
