@@ -16,8 +16,11 @@ pytestmark = pytest.mark.unmeasured
 
 FLOWN: dict[str, tuple[float, tuple[str, ...]]] = {
     "lossy_links": (300.0, ()),
-    "switching_graph": (700.0, ()),
-    "partition": (700.0, ()),
+    "switching_graph": (
+        100.0,
+        tuple(f"graph_schedule.{index}.at={30.0 * (index + 1)}" for index in range(2)),
+    ),
+    "partition": (100.0, ("graph_schedule.0.at=30.0", "graph_schedule.1.at=60.0")),
     "satellite_lost_and_rejoined": (
         60.0,
         (
@@ -30,7 +33,7 @@ FLOWN: dict[str, tuple[float, tuple[str, ...]]] = {
     "realtime_triangle": (60.0, ()),
     "radio_links_spread": (1600.0, ()),
 }
-"""How long each is flown, s, and its faults moved to where they happen within that time."""
+"""How long each is flown, s, and its faults and changes of the graph moved into that time."""
 
 
 def test_every_shipped_scenario_with_something_wrong_in_it_is_here() -> None:
@@ -50,6 +53,8 @@ def test_a_lockstep_flight_in_which_something_goes_wrong_has_the_bits_of_the_in_
     scenario = shortened(name, duration, *changes)
     # Shortened or not, it is to go wrong.
     assert bool(scenario.faults) == bool(shipped(name).faults)
+    changes_of_the_graph = [entry.at for entry in scenario.graph_schedule if entry.at < duration]
+    assert bool(changes_of_the_graph) == bool(shipped(name).graph_schedule)
     flight = fly(scenario, tmp_path, record=True, progress=lambda _done, _all: None)
     assert not flight.lost, flight.losses
     assert flight.bag is not None

@@ -30,7 +30,9 @@ from satform_tools.cli.main import main
 
 pytestmark = pytest.mark.unmeasured
 
-STEPS = 800
+STEPS = 500
+KILLED_AT = 150
+"""Step from which on processes are killed: late enough for a history, with as much of the flight to come."""
 SCENARIO = ("triangle", STEPS * 0.5)
 
 
@@ -114,23 +116,24 @@ def test_a_kill_at_any_time_of_a_short_flight_is_on_record_or_without_effect(
 
 
 def test_two_killed_at_once_are_both_named_and_the_third_flies_on(tmp_path: Path) -> None:
-    flight, bag = flown(shortened(*SCENARIO), tmp_path, Killer(tmp_path, 300, "sat1", "sat3"))
+    flight, bag = flown(shortened(*SCENARIO), tmp_path, Killer(tmp_path, KILLED_AT, "sat1", "sat3"))
     assert sorted(flight.lost) == ["sat1", "sat3"]
     assert flight.steps == STEPS
     assert_flies_again(bag)
 
 
 def test_when_all_are_killed_the_flight_ends_and_says_so(tmp_path: Path) -> None:
-    flight, bag = flown(shortened(*SCENARIO), tmp_path, Killer(tmp_path, 300, "sat1", "sat2", "sat3"))
+    killer = Killer(tmp_path, KILLED_AT, "sat1", "sat2", "sat3")
+    flight, bag = flown(shortened(*SCENARIO), tmp_path, killer)
     assert sorted(flight.lost) == ["sat1", "sat2", "sat3"]
     assert "no satellite is left" in flight.reason
-    assert 300 <= flight.steps < STEPS
-    assert bag.record.steps > 200
+    assert KILLED_AT <= flight.steps < STEPS
+    assert bag.record.steps > KILLED_AT - 100
 
 
 @pytest.mark.usefixtures("brief_shutdown")
 def test_a_restart_says_that_it_brings_back_nobody_when_all_are_lost(tmp_path: Path) -> None:
-    killer = Killer(tmp_path, 300, "sat1", "sat2", "sat3")
+    killer = Killer(tmp_path, KILLED_AT, "sat1", "sat2", "sat3")
     flight = fly(shortened(*SCENARIO), tmp_path, record=False, progress=killer, policy=Policy(restart=True))
     if len(flight.lost) == 3:
         # One that was killed last may have been waited for by one that had been started again.
@@ -138,21 +141,21 @@ def test_a_restart_says_that_it_brings_back_nobody_when_all_are_lost(tmp_path: P
 
 
 def test_a_killed_process_of_a_group_takes_all_its_satellites_with_it(tmp_path: Path) -> None:
-    scenario = shortened("ring_six", float(STEPS))
-    flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 300, "group1"), group=2)
+    scenario = shortened("ring_six", 300.0)
+    flight, bag = flown(scenario, tmp_path, Killer(tmp_path, 100, "group1"), group=2)
     assert sorted(flight.lost) == ["sat3", "sat4"]
-    assert flight.steps == STEPS
+    assert flight.steps == 300
     assert_flies_again(bag)
 
 
 def test_among_many_of_whom_one_is_waited_for_after_the_other_the_killed_are_missed(tmp_path: Path) -> None:
     flight, bag = flown(
-        ring(MANY_SUBSCRIPTIONS, 200), tmp_path, Killer(tmp_path, 50, "group1"), group=MANY_SUBSCRIPTIONS // 2
+        ring(MANY_SUBSCRIPTIONS, 60), tmp_path, Killer(tmp_path, 20, "group1"), group=MANY_SUBSCRIPTIONS // 2
     )
     assert sorted(flight.lost) == sorted(
         f"s{place}" for place in range(MANY_SUBSCRIPTIONS // 2, MANY_SUBSCRIPTIONS)
     )
-    assert flight.steps == 200
+    assert flight.steps == 60
     assert_flies_again(bag)
 
 
@@ -196,7 +199,7 @@ def test_with_restart_a_killed_satellite_comes_back_from_its_checkpoint(tmp_path
 def test_without_its_recorder_a_flight_goes_on_only_when_told_so(tmp_path: Path) -> None:
     for without in (False, True):
         folder = tmp_path / str(without)
-        killer = Killer(folder, 300, "recorder")
+        killer = Killer(folder, KILLED_AT, "recorder")
         folder.mkdir()
         flight = fly(
             shortened(*SCENARIO),
@@ -244,7 +247,7 @@ def test_a_killed_process_server_is_a_lost_process_and_no_stop(
 
 def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tmp_path: Path) -> None:
     scenario = shortened(*SCENARIO, "node_timeout=2.0")
-    flight = fly(scenario, tmp_path, record=True, progress=Killer(tmp_path, 300, "plant"))
+    flight = fly(scenario, tmp_path, record=True, progress=Killer(tmp_path, KILLED_AT, "plant"))
     assert flight.lost == ("plant",)
     assert "plant was ended by signal 9" in flight.reason
     assert processes_of(tmp_path) == {}
@@ -252,14 +255,14 @@ def test_when_the_plant_is_killed_satellites_turn_their_thrusters_off_and_end(tm
 
 
 def test_a_satellite_that_stood_still_for_too_long_is_fenced_when_it_goes_on(tmp_path: Path) -> None:
-    scenario = shortened("triangle", 1200.0, "node_timeout=2.0")
+    scenario = shortened("triangle", 900.0, "node_timeout=2.0")
     stopped: list[int] = []
 
     def stop_and_continue(done: int, _all: int) -> None:
-        if done >= 300 and not stopped:
+        if done >= KILLED_AT and not stopped:
             stopped.append(processes_of(tmp_path)["sat2"])
             os.kill(stopped[0], signal.SIGSTOP)
-        elif done >= 1000 and len(stopped) == 1:
+        elif done >= 2 * KILLED_AT and len(stopped) == 1:
             os.kill(stopped[0], signal.SIGCONT)
             stopped.append(0)
 
@@ -282,7 +285,7 @@ def test_the_exit_code_says_whether_the_scenario_allows_the_loss(
 
     out = tmp_path / "run"
     whole: Callable[..., object] = supervisor_run.fly
-    killer = Killer(out, 300, "sat2")
+    killer = Killer(out, KILLED_AT, "sat2")
     monkeypatch.setattr(
         supervisor_run, "fly", lambda *given, **named: whole(*given, **{**named, "progress": killer})
     )

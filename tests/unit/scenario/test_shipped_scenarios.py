@@ -70,6 +70,7 @@ def test_a_shipped_scenario_follows_all_advice_on_gains_and_steps(name: str) -> 
     assert not said
 
 
+@pytest.mark.unmeasured
 @pytest.mark.parametrize("name", NAMES)
 def test_the_schema_accepts_the_shipped_scenario_as_an_editor_would(name: str) -> None:
     data = YAML(typ="safe").load((SCENARIOS / f"{name}.yaml").read_text())
