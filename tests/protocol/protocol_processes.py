@@ -32,7 +32,7 @@ from satform.protocol.satellite_steps import SatelliteSteps
 from satform.protocol.status import FormationPhase
 from satform.protocol.writers import AuthorisedWriters
 from satform_nodes.plant.publishers import PlantPublishers
-from satform_nodes.satellite.publishers import SatellitePublishers
+from satform_nodes.satellite.publishers import NO_TORQUE, SatellitePublishers
 from satform_nodes.transport.cdr_codec import layout
 
 Event = tuple[Any, ...]
@@ -235,6 +235,10 @@ class Checkpoint:
         restore(satellite, data)
         satellite.rearrange([before.index(index) if index in before else None for index in neighbours])
 
+    def due(self, step: int) -> bool:
+        """Whether a checkpoint is to be written before a step."""
+        return step % self.every == 0
+
     def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
         """Write a checkpoint if one is due."""
         if satellite.state.step % self.every == 0:
@@ -295,6 +299,14 @@ class SatelliteProcess:
         self.events.append(("acted", step))
         self.publishers.command(*self._stamps.at(step), step, decision, message)
 
+    def publish_command_numbers(
+        self, step: int, acceleration: Sequence[float], message: StampedMessage
+    ) -> None:
+        """Publish the command of a step from its numbers."""
+        self.events.append(("acted", step))
+        now = self._stamps.at(step)
+        self.publishers.command_numbers(*now, step, acceleration, NO_TORQUE, message)
+
     def publish_violation(self, step: int, violation: Violation) -> None:
         """Publish a command of zero."""
         self.publishers.report_violation(step, violation)
@@ -307,6 +319,9 @@ class SatelliteProcess:
         """No estimates are exchanged here."""
 
     def publish_tracking(self, step: int, decision: Decision) -> None:
+        """For observers only."""
+
+    def publish_tracking_numbers(self, step: int, numbers: Sequence[float]) -> None:
         """For observers only."""
 
     def publish_changes(self, step: int) -> None:

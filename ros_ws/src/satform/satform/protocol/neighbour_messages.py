@@ -56,6 +56,7 @@ class NeighbourMessages:
         self._step = plan.timing.step
         self._announces = plan.announces
         self._width = WIDTH[self._announces]
+        self._no_message: Message = (0.0,) * (1 + self._width)
         self._exchanges = plan.topics.satellites[index].exchanges
         self._no_estimate: Message = (0.0,) * message_width(plan.topics.satellites[index].estimated)
         self._estimates: dict[int, dict[int, Message]] = {}
@@ -158,6 +159,26 @@ class NeighbourMessages:
             if self._view.formation.lost_at.get(neighbour) == step and neighbour in self.neighbours:
                 received.setdefault(neighbour, final_command(command, self._announces, self._stamps))
         self.by_step[step] = received
+
+    def numbers(self, received: dict[int, Message], senders: list[int]) -> list[float] | None:
+        """For each neighbour 1 if the graph has its edge, then for each time and numbers of its message.
+
+        Args:
+            received: messages by the indices of their senders.
+            senders: indices of the neighbours whose messages are used.
+
+        Returns:
+            None where the message of a neighbour with an edge is missing, or where links delay or lose
+            messages.
+        """
+        if self._exchanges or self._receiver.channel is not None:
+            return None
+        linked: list[float] = self._receiver.linked(self._view.formation).tolist()
+        if sum(linked) != len(senders):
+            return None
+        for neighbour in self.neighbours:
+            linked += received[neighbour] if neighbour in senders else self._no_message
+        return linked
 
     def apply_links(
         self,

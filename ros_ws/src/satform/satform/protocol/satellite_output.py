@@ -30,6 +30,9 @@ class Checkpoints(Protocol):
     def restore(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
         """Put a satellite with these in-neighbours into the state of the checkpoint."""
 
+    def due(self, step: int) -> bool:
+        """Whether a checkpoint is to be written before a step."""
+
     def keep(self, satellite: Satellite, neighbours: Sequence[int]) -> None:
         """Write a checkpoint if one is due at the satellite's step."""
 
@@ -39,6 +42,11 @@ class SatelliteOutput(Protocol):
 
     def publish_command(self, step: int, decision: Decision, message: StampedMessage) -> None:
         """Publish the command of a step, with a copy of the neighbour message for the next one."""
+
+    def publish_command_numbers(
+        self, step: int, acceleration: Sequence[float], message: StampedMessage
+    ) -> None:
+        """As `publish_command`, of a satellite that commands an acceleration alone, m/s^2, three numbers."""
 
     def publish_violation(self, step: int, violation: Violation) -> None:
         """Publish a command of zero for a step, with what was beyond its limit."""
@@ -51,6 +59,15 @@ class SatelliteOutput(Protocol):
 
     def publish_tracking(self, step: int, decision: Decision) -> None:
         """Publish reference, tracking error and estimates of a step."""
+
+    def publish_tracking_numbers(self, step: int, numbers: Sequence[float]) -> None:
+        """As `publish_tracking`, from 18 numbers.
+
+        Args:
+            step: its number.
+            numbers: position, velocity and acceleration of the reference, errors of position and velocity,
+                sliding variable.
+        """
 
     def publish_changes(self, step: int) -> None:
         """Publish the parameters that have changed at a step."""

@@ -14,8 +14,9 @@ import numpy as np
 from satform.communication.message_validator import MessageValidator
 from satform.communication.messages import encode
 from satform.communication.sim_time import Stamps
-from satform.communication.topic_table import satellite_channels, subscribed_by
+from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
+from satform.flight.float_satellite import FloatSatellite, results_of
 from satform.flight.limits import NO_COMMAND, LimitCheck, Violation, violation_of
 from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
@@ -26,7 +27,7 @@ from satform.protocol.neighbour_messages import Message, NeighbourMessages
 from satform.protocol.satellite_output import Checkpoints, SatelliteOutput, StampedMessage
 from satform.protocol.status import FormationStatus
 from satform.protocol.step_batch import StepBatch
-from satform.protocol.step_messages import StepMessages
+from satform.protocol.step_messages import StepMessages, needed_of_plant
 
 ANY_STEP = 2**63
 """A step beyond every flight."""
@@ -39,7 +40,6 @@ class SatelliteSteps:
         view: membership and communication graph, by the status of the plant.
         neighbour_messages: received from the in-neighbours.
         messages: of the next step.
-        satellite: the flight software.
         step: the one that comes next.
         flying: whether it takes part.
         pulse: number of messages of the plant.
@@ -90,9 +90,24 @@ class SatelliteSteps:
         self._batch: StepBatch | None = None
         self._row = 0
         self._target: Target | None = None
-        self._needed: tuple[str | int, ...] = ()
-        self._needed_number = -1
-        self.satellite = self._new_software()
+        self._floats = FloatSatellite(plan, index)
+        self._satellite = self._new_software()
+
+    @property
+    def satellite(self) -> Satellite:
+        """The flight software, in its present state."""
+        self._floats.settle(self._satellite)
+        return self._satellite
+
+    @satellite.setter
+    def satellite(self, satellite: Satellite) -> None:
+        self._floats.forget()
+        self._satellite = satellite
+
+    @property
+    def reports_failures(self) -> bool:
+        """Whether the control law counts its failures."""
+        return isinstance(self._satellite.plan.controller, ReportsFailures)
 
     # Membership
 
@@ -193,7 +208,8 @@ class SatelliteSteps:
         """Flight software that is as at the start of the flight."""
         neighbours = self.neighbour_messages.neighbours
         satellite = Satellite(self._plan.satellite(self._index, neighbours), len(neighbours))
-        satellite.repeat_on_floats(self._plan.timing.steps)
+        if not self._floats.takes(satellite):
+            satellite.repeat_on_floats(self._plan.timing.steps)
         return satellite
 
     # A step
@@ -206,31 +222,10 @@ class SatelliteSteps:
         """
         if not self.flying or self._clocked:
             return None
-        messages, number = self.messages, self.view.formation.number
         if self._batch is not None:
             # The batch knows which messages of neighbours there are.
-            return () if messages.state is not None else ("state",)
-        if number != self._needed_number:
-            alive = self.view.formation.alive
-            senders = self.neighbour_messages.senders(self.step)
-            self._needed = (
-                *(neighbour for neighbour in senders if alive[neighbour]),
-                *self.messages.needed,
-                "state",
-            )
-            self._needed_number = number
-        stored = self.neighbour_messages.by_step.get(self.step, {})
-        if messages.state is None and not messages.of_plant and not stored:
-            return self._needed
-        return tuple(
-            key
-            for key in self._needed
-            if (
-                messages.state is None
-                if key == "state"
-                else key not in stored and key not in messages.of_plant
-            )
-        )
+            return () if self.messages.state is not None else ("state",)
+        return self.messages.lacking(self.step, self.view.formation)
 
     def take_announcement(self, neighbour: int, validator: MessageValidator, data: bytes) -> None:
         """Take in the phase or motion of a neighbour."""
@@ -332,11 +327,48 @@ class SatelliteSteps:
         # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = self._processor_clock()
         self._use_target()
+        inputs = self.messages.numbers(state, messages, senders)
+        results = None
+        if inputs is not None:
+            results = self._floats.fly(self._satellite, step, inputs)
+        if results is None:
+            self._act_over_arrays(begin, step, state, messages, senders)
+        else:
+            self._publish_results(begin, step, results)
+
+    def _publish_results(self, begin: float, step: int, results: list[float]) -> None:
+        """Publish what a step by the program gives."""
+        message = self._stamps.at_time(results[21]), results[22:]
+        self._close_step(begin, step)
+        output = self._output
+        output.publish_command_numbers(step, results[:3], message)
+        if self._checkpoints.due(step + 1):
+            self._checkpoints.keep(self.satellite, self.neighbour_messages.neighbours)
+        output.publish_next(step + 1, message)
+        output.publish_tracking_numbers(step, results[3:21])
+        output.publish_changes(step)
+
+    def _close_step(self, begin: float, step: int) -> None:
+        """Count the processor time of a step, and discard its messages."""
+        self.busy_seconds += self._processor_clock() - begin
+        self.messages.forget_plant()
+        self.neighbour_messages.forget(step)
+        self.step = step + 1
+
+    def _act_over_arrays(
+        self,
+        begin: float,
+        step: int,
+        state: tuple[Any, ...],
+        messages: dict[int, Message],
+        senders: list[int],
+    ) -> None:
+        satellite = self.satellite
         given = self.messages.inputs(step, state, messages, senders)
         decision: Decision | None = None
         violation: Violation | None = None
         try:
-            decision = self.satellite.act(
+            decision = satellite.act(
                 given.motion,
                 given.received,
                 given.measured_step,
@@ -344,13 +376,14 @@ class SatelliteSteps:
                 given.applied,
                 given.sensed,
             )
-            violation = self._limits.of_decision(decision, encode(self.satellite.announce())).get(0)
+            announced = encode(satellite.announce())
+            violation = self._limits.of_decision(decision, announced).get(0)
+            if self._floats.on_trial:
+                time = float(satellite.announce().time)
+                self._floats.judge(satellite, results_of(decision, time, announced.tolist()))
         except ArithmeticError as error:
             violation = violation_of(error)
-        self.busy_seconds += self._processor_clock() - begin
-        self.messages.forget_plant()
-        self.neighbour_messages.forget(step)
-        self.step = step + 1
+        self._close_step(begin, step)
         output = self._output
         if violation is not None or decision is None:
             # The plant ends the flight at this step.
@@ -359,7 +392,8 @@ class SatelliteSteps:
             return
         message = self._message(self.step)
         output.publish_command(step, decision, message)
-        self._checkpoints.keep(self.satellite, self.neighbour_messages.neighbours)
+        if self._checkpoints.due(step + 1):
+            self._checkpoints.keep(self.satellite, self.neighbour_messages.neighbours)
         output.publish_next(step + 1, message)
         self._publish_joint_estimate(step + 1)
         output.publish_tracking(step, decision)
@@ -390,8 +424,9 @@ class SatelliteSteps:
         """
         self._batch = None
         if satellite is not None:
+            if not self._floats.takes(satellite):
+                satellite.repeat_on_floats(self._plan.timing.steps)
             self.satellite = satellite
-            satellite.repeat_on_floats(self._plan.timing.steps)
 
     def count_batched_step(self, busy: float) -> None:
         """Count a step that the batch has computed.
@@ -411,9 +446,3 @@ class SatelliteSteps:
     def software(self) -> Satellite:
         """The flight software by itself, also while a batch computes its steps."""
         return self.satellite if self._batch is None else self._batch.single(self._row)
-
-
-def needed_of_plant(plan: FormationPlan, index: int) -> list[str]:
-    """Kinds of messages of the plant that a step of a satellite needs beside the state."""
-    table = subscribed_by(plan.names[index], satellite_channels(plan.topics, index))
-    return [channel.kind for channel in table if channel.kind != "state"]

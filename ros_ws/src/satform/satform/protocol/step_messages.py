@@ -11,7 +11,10 @@ import numpy as np
 from satform.attitude.guidance import Attitude
 from satform.communication.neighbour_buffer import Received
 from satform.communication.sim_time import Stamps
+from satform.communication.topic_table import satellite_channels, subscribed_by
 from satform.control.protocol import Motion
+from satform.flight.compile import FormationPlan
+from satform.membership.formation import Formation
 from satform.navigation.satellite_navigation import NavigationInput
 from satform.numeric.elementwise import Array
 from satform.protocol.neighbour_messages import Message, NeighbourMessages
@@ -43,7 +46,6 @@ class StepMessages:
 
     Attributes:
         state: fields of the newest one that is not yet used; None when there is none.
-        needed: kinds of messages of the plant that a step needs beside the state.
         of_plant: likewise of the other messages of the plant by kind: attitude, conditions of the incoming
             links, readings of sensors.
     """
@@ -66,10 +68,47 @@ class StepMessages:
         """
         self.state: tuple[Any, ...] | None = None
         self.of_plant: dict[str, tuple[Any, ...]] = {}
-        self.needed = tuple(needed)
+        self._needed = tuple(needed)
         self._neighbours = neighbours
         self._stamps = stamps
         self._clocked = clocked
+        self._all: tuple[str | int, ...] = ()
+        self._all_of = -1
+
+    def lacking(self, step: int, formation: Formation) -> tuple[str | int, ...]:
+        """Messages that a step of lockstep lacks, by kind or index of a neighbour.
+
+        Args:
+            step: number of the step.
+            formation: membership and graph at present.
+
+        Returns:
+            The same tuple as long as nothing has been received for the step.
+        """
+        if formation.number != self._all_of:
+            senders = self._neighbours.senders(step)
+            alive = [neighbour for neighbour in senders if formation.alive[neighbour]]
+            self._all, self._all_of = (*alive, *self._needed, "state"), formation.number
+        stored = self._neighbours.by_step.get(step, {})
+        if self.state is None and not self.of_plant and not stored:
+            return self._all
+        received = {*stored, *self.of_plant, *(() if self.state is None else ("state",))}
+        return tuple(key for key in self._all if key not in received)
+
+    def numbers(
+        self, state: tuple[Any, ...], messages: dict[int, Message], senders: list[int]
+    ) -> list[float] | None:
+        """What a step of `FloatSatellite` needs of the messages for a step; None if it needs more.
+
+        Args:
+            state: fields of the state message.
+            messages: of the neighbours, by their indices.
+            senders: indices of the neighbours whose messages are used.
+        """
+        if self._clocked or self.of_plant:
+            return None
+        received = self._neighbours.numbers(messages, senders)
+        return None if received is None else [*state[4:13], *received]
 
     def complete(self, step: int) -> tuple[dict[int, Message], list[int]] | None:
         """The neighbours' messages for a step: all of that step, or on the wall clock the newest ones.
@@ -124,5 +163,11 @@ class StepMessages:
 
     def _lacks_plant(self, step: int) -> bool:
         """Whether a message of the plant beside the state is missing for a step."""
-        found = (self.of_plant.get(kind) for kind in self.needed)
+        found = (self.of_plant.get(kind) for kind in self._needed)
         return any(message is None or message[2] != step for message in found)
+
+
+def needed_of_plant(plan: FormationPlan, index: int) -> list[str]:
+    """Kinds of messages of the plant that a step of a satellite needs beside the state."""
+    table = subscribed_by(plan.names[index], satellite_channels(plan.topics, index))
+    return [channel.kind for channel in table if channel.kind != "state"]

@@ -5,7 +5,7 @@
 import os
 import signal
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -18,7 +18,6 @@ from satform.communication import topic_table
 from satform.communication.message_validator import MessageValidator
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import RECORDER
-from satform.control.protocol import ReportsFailures
 from satform.flight.compile import FormationPlan
 from satform.flight.limits import Violation
 from satform.flight.satellite import Satellite
@@ -26,7 +25,8 @@ from satform.flight.satellite_step import Decision
 from satform.membership.reconfiguration import Target
 from satform.numeric.elementwise import Array
 from satform.protocol.satellite_output import StampedMessage
-from satform.protocol.satellite_steps import SatelliteSteps, needed_of_plant
+from satform.protocol.satellite_steps import SatelliteSteps
+from satform.protocol.step_messages import needed_of_plant
 from satform_nodes.runtime.diagnostics import Condition, FlightProgress, Health, Level, with_failures
 from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.realtime_loop import processor_seconds
@@ -34,7 +34,7 @@ from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.satellite.checkpoint_file import CheckpointFile
 from satform_nodes.satellite.duplicate_check import DuplicateCheck
 from satform_nodes.satellite.parameters import SatelliteParameters, SatelliteSettings
-from satform_nodes.satellite.publishers import SatellitePublishers
+from satform_nodes.satellite.publishers import NO_TORQUE, SatellitePublishers
 from satform_nodes.satellite.subscriptions import MessageHandlers, SatelliteSubscriptions
 from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
@@ -170,7 +170,7 @@ class SatelliteNode:
             if not formation.alive[index]
         }
         condition = self._progress.condition(steps.step, silent)
-        if isinstance(steps.satellite.plan.controller, ReportsFailures):
+        if steps.reports_failures:
             condition = with_failures(condition, steps.software().law_failures())
         if self.memory.problem and condition.level == Level.OK:
             condition = replace(condition, level=Level.WARN, message=self.memory.problem)
@@ -211,6 +211,13 @@ class SatelliteNode:
         """Publish the command of a step, with a copy of the neighbour message for the next one."""
         self.publishers.command(*self._stamps.at(step), step, decision, message)
 
+    def publish_command_numbers(
+        self, step: int, acceleration: Sequence[float], message: StampedMessage
+    ) -> None:
+        """Publish the command of a step from its numbers."""
+        now = self._stamps.at(step)
+        self.publishers.command_numbers(*now, step, acceleration, NO_TORQUE, message)
+
     def publish_violation(self, step: int, violation: Violation) -> None:
         """Publish a command of zero for a step, with what was beyond its limit."""
         self.publishers.report_violation(step, violation)
@@ -226,6 +233,10 @@ class SatelliteNode:
     def publish_tracking(self, step: int, decision: Decision) -> None:
         """Publish reference, tracking error and estimates of a step."""
         self.publishers.publish_tracking_of(*self._stamps.at(step), step, decision)
+
+    def publish_tracking_numbers(self, step: int, numbers: Sequence[float]) -> None:
+        """Publish reference, tracking error and sliding variable of a step from their numbers."""
+        self.publishers.publish_tracking_numbers(*self._stamps.at(step), step, numbers)
 
     def publish_changes(self, step: int) -> None:
         """Publish the parameters that have changed at a step."""

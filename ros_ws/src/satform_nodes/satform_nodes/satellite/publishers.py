@@ -50,7 +50,9 @@ _KINDS = (
 )
 """Kinds of topics of a satellite beside its phase or motion."""
 
-_NO_TORQUE = (0.0, 0.0, 0.0)
+NO_TORQUE = (0.0, 0.0, 0.0)
+"""Wheel torque of a satellite without attitude."""
+
 _NOTHING = (0, 0, *[0.0] * 8)
 """Fields of a command for the next neighbour message if there is none."""
 
@@ -133,15 +135,27 @@ class SatellitePublishers:
         self, seconds: int, nanoseconds: int, step: int, decision: Decision, message: StampedMessage
     ) -> None:
         """Publish the command, with a copy of the neighbour message for the next step."""
+        torque = NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
+        self.command_numbers(seconds, nanoseconds, step, decision.acceleration.tolist(), torque, message)
+
+    def command_numbers(
+        self,
+        seconds: int,
+        nanoseconds: int,
+        step: int,
+        acceleration: Sequence[float],
+        torque: Sequence[float],
+        message: StampedMessage,
+    ) -> None:
+        """Publish a command from its numbers, as `command`."""
         stamp, numbers = message
-        torque = _NO_TORQUE if decision.wheel_torque is None else decision.wheel_torque.tolist()
         announced = (*numbers, *[0.0] * 6) if self._in_phase else (0.0, 0.0, *numbers)
         self.publish_command(
             _COMMAND.pack(
                 seconds,
                 nanoseconds,
                 step,
-                *decision.acceleration.tolist(),
+                *acceleration,
                 *torque,
                 *stamp,
                 *announced,
@@ -193,20 +207,22 @@ class SatellitePublishers:
             self._publishers["attitude_estimate"].publish(
                 _ATTITUDE_ESTIMATE.pack(seconds, nanoseconds, step, *numbers, int(rejected))
             )
-        self._tracking_publisher.publish(
-            _TRACKING.pack(
-                seconds,
-                nanoseconds,
-                step,
-                *reference.position.tolist(),
-                *reference.velocity.tolist(),
-                *reference.acceleration.tolist(),
-                *(motion.position - reference.position).tolist(),
-                *(motion.velocity - reference.velocity).tolist(),
-                *decision.sliding_variable.tolist(),
-                0 if decision.unsolved_plans is None else int(decision.unsolved_plans),
-            )
+        numbers = (
+            *reference.position.tolist(),
+            *reference.velocity.tolist(),
+            *reference.acceleration.tolist(),
+            *(motion.position - reference.position).tolist(),
+            *(motion.velocity - reference.velocity).tolist(),
+            *decision.sliding_variable.tolist(),
         )
+        unsolved = 0 if decision.unsolved_plans is None else int(decision.unsolved_plans)
+        self.publish_tracking_numbers(seconds, nanoseconds, step, numbers, unsolved)
+
+    def publish_tracking_numbers(
+        self, seconds: int, nanoseconds: int, step: int, numbers: Sequence[float], unsolved: int = 0
+    ) -> None:
+        """Publish reference, tracking error and sliding variable, 18 numbers, and unsolved plans."""
+        self._tracking_publisher.publish(_TRACKING.pack(seconds, nanoseconds, step, *numbers, unsolved))
 
     def publish_estimate(self, seconds: int, nanoseconds: int, step: int, estimate: Sequence[float]) -> None:
         """Publish the estimate, as `numbers_of` has it."""
