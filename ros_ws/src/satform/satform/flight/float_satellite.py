@@ -16,6 +16,7 @@ from satform.communication.messages import WIDTH, encode
 from satform.communication.neighbour_buffer import Received
 from satform.control.protocol import MakesPlans, Motion
 from satform.flight.compile import FormationPlan
+from satform.flight.float_act import WORTHWHILE
 from satform.flight.limits import LimitCheck
 from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
@@ -26,9 +27,6 @@ from satform.numeric.straight_line import Program, program
 
 _FIRST = 8
 """Steps over arrays before one is recorded."""
-
-_WORTHWHILE = 400
-"""Steps that have to be left for a recording to be worth its time."""
 
 _MOST_RECORDINGS = 4
 """Times that a satellite is recorded; then it stays with arrays."""
@@ -89,7 +87,7 @@ class FloatSatellite:
             self._give_up(satellite, recorded)
         self._trial = None
         self._flown_over_arrays += 1
-        worthwhile = self._fits and self._steps - step >= _WORTHWHILE and self._recordings < _MOST_RECORDINGS
+        worthwhile = self._fits and self._steps - step >= WORTHWHILE and self._recordings < _MOST_RECORDINGS
         if worthwhile and self._flown_over_arrays > _FIRST:
             self._record(satellite, step, inputs)
         return None
