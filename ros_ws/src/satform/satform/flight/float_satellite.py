@@ -9,6 +9,7 @@ without an array on the way. It is for satellites without attitude and filters; 
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
 from satform.numeric.array_trees import arrays_of, filled, numbers_of_arrays, others_of, same_bits
 from satform.numeric.elementwise import Array
-from satform.numeric.recorded_arrays import NotRecordableError, Recording, elements, is_own, paired
+from satform.numeric.recorded_arrays import Recording, elements, paired
+from satform.numeric.recording import NotRecordableError, is_own
 from satform.numeric.straight_line import Program, program
 
 _FIRST = 8
@@ -239,7 +241,7 @@ def _recorded_step(
         NotRecordableError: it is no list of element-wise operations.
     """
     recording, state = Recording(), satellite.state
-    step = recording.inputs(np.asarray(number))
+    step: Any = recording.inputs(np.asarray(number))
     own = copy(satellite)
     before = recording.inputs_of(replace(state, step=0))
     own.state = replace(before, step=step)
