@@ -32,6 +32,40 @@ bool use[N];                             /* whether a satellite has used the oth
 /* What the properties speak of. */
 bool over, disagree, lost_applied, mixed, blamed;
 
+/* What happens, by numbers; the index of the receiving, commanding or ending satellite is added. Each is printed in
+ * a replay of a trail. With SCHEDULE(action), defined from outside for the first LENGTH of them, only what is next in a
+ * history of the explorer happens, and after it anything. With EAGER, as in the nodes, nothing happens between the last
+ * message of a step and the step. */
+#define STATE_TO 0
+#define STATUS_TO 2
+#define PHASE_TO 4
+#define COMMAND_OF 6
+#define REPORT_OF 8
+#define END_OF 10
+#define LINE 12
+#define TIMEOUT 13
+#define DONE(i) (!alive[i] || commanded[i])
+#ifdef SCHEDULE
+byte done;                               /* of the scheduled actions */
+#define DUE(action) (done >= LENGTH || (SCHEDULE(action) && (action != TIMEOUT || QUIET)))
+#define QUIET (empty(command[0]) && empty(command[1]) && empty(phase[0]) && empty(phase[1]) && empty(state[0]) && \
+               empty(state[1]) && empty(status[0]) && empty(status[1]))
+#define NOTE(action) if :: done < LENGTH -> done++ :: else fi
+#else
+#ifdef EAGER
+bool acting[N];                          /* whether a satellite has all messages of its step */
+#define DUE(action) (!(step < STEPS && DONE(0) && DONE(1)) && !acting[0] && !acting[1])
+#define CHECK acting[self] = due == next && next < STEPS && KNOWN && READY
+#else
+#define DUE(action) true
+#endif
+#define NOTE(action) printf("action %d\n", action)
+#endif
+
+#ifndef CHECK
+#define CHECK skip
+#endif
+
 /* Satellite 0 does not receive from satellite 1 in the line. */
 #define HEARS (!(own_line && self == 0))
 #define WANTED (HEARS && (other_alive || lost_at == next))
@@ -65,23 +99,32 @@ proctype Satellite(byte self) {
   bool with_final, own_line, its_line, other_alive = true, final;
   atomic { send_phase(0) }
   do
-  :: atomic { running[self] && nempty(state[self]) -> state[self]?k, v ->
-       if :: k >= next -> due = k; due_version = v :: else fi; k = 0; v = 0 }
-  :: atomic { running[self] && nempty(status[self]) -> status[self]?v, at, who, with_final, its_line ->
+  :: atomic { running[self] && nempty(state[self]) && DUE(STATE_TO + self) -> state[self]?k, v ->
+       NOTE(STATE_TO + self);
+       if :: k >= next -> due = k; due_version = v :: else fi; k = 0; v = 0;
+       CHECK }
+  :: atomic { running[self] && nempty(status[self]) && DUE(STATUS_TO + self) ->
+       status[self]?v, at, who, with_final, its_line ->
+       NOTE(STATUS_TO + self);
        own_version = v; own_line = its_line;
        if
        :: who == self -> running[self] = false
        :: who == 1 - self -> other_alive = false; final = with_final; lost_at = (with_final -> at : NONE)
        :: else
        fi;
-       v = 0; at = 0; who = 0; with_final = false; its_line = false }
-  :: atomic { running[self] && nempty(phase[1 - self]) -> phase[1 - self]?k -> newest = k + 1; k = 0 }
+       v = 0; at = 0; who = 0; with_final = false; its_line = false;
+       CHECK }
+  :: atomic { running[self] && nempty(phase[1 - self]) && DUE(PHASE_TO + self) -> phase[1 - self]?k ->
+       NOTE(PHASE_TO + self);
+       newest = k + 1; k = 0;
+       CHECK }
   :: atomic { running[self] && due == next && next < STEPS && KNOWN && READY ->
        use[self] = USES;
        if :: own_line != line_at[next] -> mixed = true :: else fi;
        command[self]!next;
        next++; due = NONE;
-       send_phase(next) }
+       send_phase(next);
+       CHECK }
   :: !running[self] || over -> break
   od
 }
@@ -127,8 +170,6 @@ inline check_use(i) {
   if :: alive[i] && use[i] != BY_STATUS(i) -> disagree = true :: else fi
 }
 
-#define DONE(i) (!alive[i] || commanded[i])
-
 inline report(i) {
   reported[i] = true;
   if
@@ -157,11 +198,13 @@ active proctype Plant() {
     publish_states()
   }
   do
-  :: atomic { !over && nempty(command[0]) -> command[0]?k -> take(0) }
-  :: atomic { !over && nempty(command[1]) -> command[1]?k -> take(1) }
-  :: atomic { !over && !running[0] && !reported[0] -> report(0) }
-  :: atomic { !over && !running[1] && !reported[1] -> report(1) }
-  :: atomic { !over && !disturbed && step + 1 < STEPS -> disturbed = true; line_wanted = true }
+  :: atomic { !over && nempty(command[0]) && DUE(COMMAND_OF) -> NOTE(COMMAND_OF); command[0]?k -> take(0) }
+  :: atomic { !over && nempty(command[1]) && DUE(COMMAND_OF + 1) -> NOTE(COMMAND_OF + 1); command[1]?k -> take(1) }
+  :: atomic { !over && !running[0] && !reported[0] && DUE(REPORT_OF) -> NOTE(REPORT_OF); report(0) }
+  :: atomic { !over && !running[1] && !reported[1] && DUE(REPORT_OF + 1) -> NOTE(REPORT_OF + 1); report(1) }
+  :: atomic { !over && !disturbed && step + 1 < STEPS && DUE(LINE) ->
+       NOTE(LINE);
+       disturbed = true; line_wanted = true }
   :: atomic { !over && step < STEPS && DONE(0) && DONE(1) ->
        if :: (commanded[0] && !alive[0]) || (commanded[1] && !alive[1]) -> lost_applied = true :: else fi;
        check_use(0);
@@ -172,7 +215,8 @@ active proctype Plant() {
        publish_states();
        if :: step == STEPS || (!alive[0] && !alive[1]) -> over = true :: else fi }
 #ifndef M_NO_TIMEOUT
-  :: atomic { timeout && !over ->
+  :: atomic { timeout && !over && DUE(TIMEOUT) ->
+       NOTE(TIMEOUT);
        /* Nothing moves: the other one waits for the message of one that has commanded and ended. */
        if
 #ifndef M_BLAME
@@ -201,6 +245,9 @@ inline drop(channel) {
 
 inline end(i) {
   running[i] = false; disturbed = true;
+#ifdef EAGER
+  acting[i] = false;
+#endif
   drop(command[i]);
   drop(phase[i]);
   /* Nobody receives for it any more. */
@@ -213,8 +260,8 @@ active proctype Environment() {
   byte gone, left;
   bool keep;
   do
-  :: atomic { !over && !disturbed && running[0] -> end(0) }
-  :: atomic { !over && !disturbed && running[1] -> end(1) }
+  :: atomic { !over && !disturbed && running[0] && DUE(END_OF) -> NOTE(END_OF); end(0) }
+  :: atomic { !over && !disturbed && running[1] && DUE(END_OF + 1) -> NOTE(END_OF + 1); end(1) }
   :: over || disturbed -> break
   od
 }

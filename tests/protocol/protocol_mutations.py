@@ -277,6 +277,11 @@ def _read_late() -> list[Patch]:
     return [(PlantProcess, "read_loss_reports", lambda _self: None)]
 
 
+@mutation("the plant waits for ever")
+def _no_timeout() -> list[Patch]:
+    return [(PlantSteps, "end_waiting", lambda _self, *_given: None)]
+
+
 @mutation("a satellite flies on though it is lost")
 def _flies_on() -> list[Patch]:
     return [(SatelliteSteps, "_on_own_loss", lambda _self, **_given: None)]

@@ -98,14 +98,19 @@ class CompiledExplorer(Explorer):
                 return outcome
             result = library().search_explore(search, first, limit, figures)
             self._raise_error()
+            broken = result in (_VIOLATION, _NOT_GOING_ON)
             self._note(outcome, figures)
             outcome.complete = result != _LIMIT
             self._ended = self._ended_of(search)
-            if result in (_VIOLATION, _NOT_GOING_ON):
+            if broken and self._reduction < 2:
                 actions = (ctypes.c_int32 * _LONGEST)()
                 length = library().search_history(search, figures[3], actions)
                 numbers = [*actions[:length], *([figures[4]] if result == _VIOLATION else [])]
                 self._retrace(outcome, numbers, everything=False, stuck=result == _NOT_GOING_ON)
+        if broken and self._reduction == 2:
+            # A shortest history has kills and no cuts.
+            self._reduction = 1
+            return self.explore(limit)
         return outcome
 
     def walk(self, seed: int, walks: int) -> Outcome:

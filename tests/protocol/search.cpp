@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <stdexcept>
 #include <unordered_map>
 #include <vector>
 
@@ -65,6 +66,46 @@ struct Hash {
     }
 };
 
+// Numbers by keys of 64 bits, of which none is the largest one.
+class Numbers {
+  public:
+    Numbers() : keys_(1 << 10, NO_KEY), values_(1 << 10) {}
+    // Where the number of a key is; null if there is none.
+    const int *find(uint64_t key) const {
+        for (size_t slot = mixed(key, 1) & (keys_.size() - 1);; slot = (slot + 1) & (keys_.size() - 1)) {
+            if (keys_[slot] == key) return &values_[slot];
+            if (keys_[slot] == NO_KEY) return nullptr;
+        }
+    }
+    int add(uint64_t key, int value) {
+        if (++count_ * 2 > keys_.size()) grow();
+        place(key, value);
+        return value;
+    }
+
+  private:
+    static constexpr uint64_t NO_KEY = UINT64_MAX;
+    void place(uint64_t key, int value) {
+        size_t slot = mixed(key, 1) & (keys_.size() - 1);
+        while (keys_[slot] != NO_KEY) slot = (slot + 1) & (keys_.size() - 1);
+        keys_[slot] = key;
+        values_[slot] = value;
+    }
+    void grow() {
+        std::vector<uint64_t> keys(keys_.size() * 2, NO_KEY);
+        std::vector<int> values(keys.size());
+        keys.swap(keys_);
+        values.swap(values_);
+        for (size_t slot = 0; slot < keys.size(); slot++)
+            if (keys[slot] != NO_KEY) place(keys[slot], values[slot]);
+    }
+    std::vector<uint64_t> keys_;
+    std::vector<int> values_;
+    size_t count_ = 0;
+};
+
+uint64_t both_of(int one, int two) { return static_cast<uint64_t>(static_cast<uint32_t>(one)) << 32 | static_cast<uint32_t>(two); }
+
 // Sequences of integers by number; number 0 is the empty one.
 class Sequences {
   public:
@@ -76,17 +117,15 @@ class Sequences {
     }
     const Ints &at(int number) const { return all_[number]; }
     int pushed(int sequence, int value) {
-        const uint64_t key = static_cast<uint64_t>(sequence) << 32 | static_cast<uint32_t>(value);
-        auto known = pushed_.find(key);
-        if (known != pushed_.end()) return known->second;
+        const uint64_t key = both_of(sequence, value);
+        if (const int *known = pushed_.find(key)) return *known;
         Ints longer = all_[sequence];
         longer.push_back(value);
-        return pushed_[key] = number(longer);
+        return pushed_.add(key, number(longer));
     }
     int popped(int sequence) {
-        auto known = popped_.find(sequence);
-        if (known != popped_.end()) return known->second;
-        return popped_[sequence] = number(Ints(all_[sequence].begin() + 1, all_[sequence].end()));
+        if (const int *known = popped_.find(static_cast<uint64_t>(sequence))) return *known;
+        return popped_.add(static_cast<uint64_t>(sequence), number(Ints(all_[sequence].begin() + 1, all_[sequence].end())));
     }
     int prefix(int sequence, size_t length) {
         return number(Ints(all_[sequence].begin(), all_[sequence].begin() + length));
@@ -95,8 +134,7 @@ class Sequences {
   private:
     std::vector<Ints> all_;
     std::unordered_map<Ints, int, Hash> numbers_;
-    std::unordered_map<uint64_t, int> pushed_;
-    std::unordered_map<int, int> popped_;
+    Numbers pushed_, popped_;
 };
 
 }  // namespace
@@ -122,6 +160,7 @@ class Search {
             kinds_.push_back(table[3 * place]);
             from_.push_back(table[3 * place + 1]);
             to_.push_back(table[3 * place + 2]);
+            places_[kinds_[place]][1 + from_[place]][1 + to_[place]] = place;
         }
     }
 
@@ -358,9 +397,8 @@ class Search {
     }
 
     const Reaction &react(int process, int input) {
-        const uint64_t key = static_cast<uint64_t>(process) << 32 | static_cast<uint32_t>(input);
-        auto known = reactions_.find(key);
-        if (known != reactions_.end()) return known->second;
+        const uint64_t key = both_of(process, input);
+        if (const int *known = reaction_numbers_.find(key)) return reactions_[*known];
         Reaction reaction;
         if (ask_(REACTION, process, input, 0, 0, nullptr, answer_.data()) < 0) {
             reaction.broken = true;
@@ -372,7 +410,9 @@ class Search {
                 reaction.events.push_back({answer_[4 + 3 * each], answer_[5 + 3 * each], answer_[6 + 3 * each]});
             reaction.stores = reaction.events.empty() && !reaction.ends;
         }
-        return reactions_.emplace(key, std::move(reaction)).first->second;
+        reaction_numbers_.add(key, static_cast<int>(reactions_.size()));
+        reactions_.push_back(std::move(reaction));
+        return reactions_.back();
     }
 
     // What is given to a process by a message of a channel.
@@ -388,7 +428,9 @@ class Search {
             content.insert(content.end(), queues_.at(reports).begin(), queues_.at(reports).end());
             return asked(INPUT, GIVEN_MESSAGE, place, message, reports, content.data());
         }
-        return asked(INPUT, GIVEN_MESSAGE, place, message, 0);
+        const uint64_t key = both_of(place, message);
+        if (const int *known = inputs_.find(key)) return *known;
+        return inputs_.add(key, asked(INPUT, GIVEN_MESSAGE, place, message, 0));
     }
 
     int receiver(int place) const {
@@ -522,11 +564,12 @@ class Search {
     bool commute(const int32_t *state, int who, int input, int place, int message) {
         const int other = message_input(state, place, message);
         if (other == input) return true;
-        const Ints key{state[who], input, other};
-        auto known = commuting_.find(key);
-        if (known != commuting_.end()) return known->second;
+        Numbers &known = commuting_[state[who] & 0xff];
+        if (input >= 1 << 20 || other >= 1 << 20) throw std::length_error("too many inputs");
+        const uint64_t key = (static_cast<uint64_t>(state[who] >> 8) << 20 | static_cast<uint64_t>(input)) << 20 | static_cast<uint64_t>(other);
+        if (const int *result = known.find(key)) return *result;
         const Ints one = both(state[who], input, other), two = both(state[who], other, input);
-        return commuting_[key] = !one.empty() && one == two;
+        return known.add(key, !one.empty() && one == two);
     }
 
     // What follows from two inputs one after another, as numbers; empty if an invariant does not hold then.
@@ -701,11 +744,10 @@ class Search {
     }
 
     void put(int32_t *state, int kind, int from, int to, int message) {
-        for (int place = 0; place < channels_; place++)
-            if (kinds_[place] == kind && from_[place] == from && to_[place] == to && !(state[closed_] >> place & 1)) {
-                int32_t &channel = state[first_channel_ + place];
-                channel = queues_.pushed(channel, message);
-            }
+        const int place = places_[kind][1 + from][1 + to];
+        if (state[closed_] >> place & 1) return;
+        int32_t &channel = state[first_channel_ + place];
+        channel = queues_.pushed(channel, message);
     }
 
     void apply(int32_t *state, int who, int input) {
@@ -728,7 +770,7 @@ class Search {
                     if (each != self && state[1 + each] >= 0) put(state, ANNOUNCEMENT, self, each, stamped(state, self, one));
                 break;
             case ACTED:
-                if (one <= state[acted_ + self] || !asked(VIEW, state[0], two, self, 0)) throw Broken();
+                if (one <= state[acted_ + self] || !viewed(state[0], two, self)) throw Broken();
                 state[acted_ + self] = one;
                 break;
             case REPORTS_READ:
@@ -741,7 +783,18 @@ class Search {
     }
 
     // A message with the identifier of its writer, by the number of its content.
-    int stamped(const int32_t *state, int sender, int content) { return asked(STAMPED, sender, state[started_ + sender], content, 0); }
+    int stamped(const int32_t *state, int sender, int content) {
+        const uint64_t key = both_of(content, 16 * state[started_ + sender] + sender);
+        if (const int *known = stamped_.find(key)) return *known;
+        return stamped_.add(key, asked(STAMPED, sender, state[started_ + sender], content, 0));
+    }
+
+    // Whether a satellite acts by a formation that the plant has had.
+    bool viewed(int plant_number, int view, int satellite_index) {
+        const uint64_t key = both_of(plant_number, 8 * view + satellite_index);
+        if (const int *known = views_.find(key)) return *known;
+        return views_.add(key, asked(VIEW, plant_number, view, satellite_index, 0));
+    }
 
     void end(int32_t *state, int satellite_index) {
         if (doomed(state, satellite_index)) {
@@ -783,12 +836,14 @@ class Search {
     Ask ask_;
     int first_channel_, held_, budget_, waiting_, started_, acted_, closed_, fate_, width_;
     Ints answer_, kinds_, from_, to_;
+    std::array<std::array<std::array<int, 9>, 9>, 6> places_{};
     Sequences queues_, helds_;
     std::deque<PlantFacts> plants_;
     std::deque<SatelliteFacts> satellites_;
-    std::unordered_map<uint64_t, Reaction> reactions_;
+    std::deque<Reaction> reactions_;
+    Numbers reaction_numbers_, inputs_, views_, stamped_;
     std::unordered_map<Ints, int, Hash> asked_;
-    std::unordered_map<Ints, bool, Hash> commuting_;
+    std::array<Numbers, 256> commuting_;
     std::vector<Action> found_;
     std::vector<uint64_t> prints_, levels_;
     std::vector<uint32_t> table_, parents_, calm_;

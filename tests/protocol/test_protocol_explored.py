@@ -39,11 +39,14 @@ def test_no_reachable_state_breaks_an_invariant(satellites: int, steps: int, dis
 
 
 @pytest.mark.skipif(LONG not in os.environ, reason=f"NOT TESTED: takes minutes; set {LONG}=1")
-@pytest.mark.parametrize(("satellites", "steps", "disturbances"), [(2, 4, 1), (3, 3, 1), (2, 3, 2)])
+@pytest.mark.parametrize(
+    ("satellites", "steps", "disturbances", "cuts"),
+    [(2, 4, 1, False), (2, 3, 2, False), (2, 4, 2, False), (3, 3, 1, True), (3, 4, 1, True)],
+)
 def test_no_reachable_state_of_the_documented_bounds_breaks_an_invariant(
-    satellites: int, steps: int, disturbances: int
+    satellites: int, steps: int, disturbances: int, cuts: bool
 ) -> None:
-    outcome = CompiledExplorer(flight(satellites, steps), budget=disturbances).explore()
+    outcome = CompiledExplorer(flight(satellites, steps), budget=disturbances, cuts=cuts).explore()
     assert_nothing_found(outcome)
     assert outcome.complete
 
@@ -52,7 +55,7 @@ def test_no_reachable_state_of_the_documented_bounds_breaks_an_invariant(
 def test_the_compiled_search_visits_the_same_states(reduced: bool) -> None:
     found = []
     for kind in (Explorer, CompiledExplorer):
-        explorer = kind(flight(2, 2), budget=1, reduced=reduced)
+        explorer = kind(flight(2, 2), budget=1, faults=("kill", "delay", "silent"), reduced=reduced)
         outcome = explorer.explore()
         ends = {position_at(plant) for plant in explorer.ended_plants()}
         found.append((outcome.states, outcome.transitions, outcome.ends, ends))
@@ -61,8 +64,23 @@ def test_the_compiled_search_visits_the_same_states(reduced: bool) -> None:
 
 def test_orders_that_are_left_out_lead_to_no_other_end() -> None:
     ends: list[set[bytes]] = []
-    for reduced in (True, False):
-        explorer = CompiledExplorer(flight(2, 3), budget=1, reduced=reduced)
+    for reduced, cuts in ((False, False), (True, False), (True, True)):
+        explorer = CompiledExplorer(flight(2, 2), budget=1, reduced=reduced, cuts=cuts)
+        assert_nothing_found(explorer.explore())
+        ends.append({position_at(plant) for plant in explorer.ended_plants()})
+    assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.skipif(LONG not in os.environ, reason=f"NOT TESTED: takes minutes; set {LONG}=1")
+@pytest.mark.parametrize(("satellites", "steps", "disturbances"), [(2, 3, 1), (2, 2, 2)])
+def test_orders_that_are_left_out_lead_to_no_other_end_of_longer_flights(
+    satellites: int, steps: int, disturbances: int
+) -> None:
+    ends: list[set[bytes]] = []
+    for reduced, cuts in ((False, False), (True, True)):
+        explorer = CompiledExplorer(
+            flight(satellites, steps), budget=disturbances, reduced=reduced, cuts=cuts
+        )
         assert_nothing_found(explorer.explore())
         ends.append({position_at(plant) for plant in explorer.ended_plants()})
     assert ends[0] == ends[1]
@@ -73,9 +91,9 @@ def position_at(plant: PlantProcess) -> bytes:
     return plant.steps.plant.motion().position.tobytes() + formation_then.alive.tobytes()
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_random_flights_of_four_satellites_with_three_disturbances_break_no_invariant(seed: int) -> None:
-    assert_nothing_found(Explorer(flight(4, 4), budget=3).walk(seed, walks=3))
+def test_random_flights_of_four_satellites_with_three_disturbances_break_no_invariant() -> None:
+    walks = 10_000 if LONG in os.environ else 40
+    assert_nothing_found(CompiledExplorer(flight(4, 4), budget=3).walk(seed=1, walks=walks))
 
 
 LOST_BEFORE_ITS_FIRST_STATE = (

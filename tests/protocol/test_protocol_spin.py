@@ -38,9 +38,9 @@ def run(folder: Path, *command: str) -> str:
     return done.stdout
 
 
-def verifier(folder: Path, *options: str) -> Path:
-    """The program that Spin makes of the model."""
-    shutil.copy(MODEL, folder)
+def verifier(folder: Path, *options: str, schedule: str = "") -> Path:
+    """The program that Spin makes of the model, with definitions before it."""
+    (folder / MODEL.name).write_text(schedule + MODEL.read_text(encoding="utf-8"), encoding="utf-8")
     run(folder, "spin", *options, "-a", MODEL.name)
     run(folder, "gcc", "-w", "-DCOLLAPSE", "-o", "pan", "pan.c")
     return folder / "pan"
