@@ -194,10 +194,11 @@ def _followed(
                     outcome.seed,
                     outcome.first,
                     outcome.read + begun,
-                    accepted,
-                    rejected,
-                    commands,
-                    memory,
+                    outcome.accepted + accepted,
+                    outcome.rejected + rejected,
+                    outcome.commands + commands,
+                    max(outcome.memory, memory),
+                    faults=outcome.faults,
                 )
             )
 

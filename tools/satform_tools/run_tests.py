@@ -93,7 +93,7 @@ PARTS = (
     Part("figures", (*_MEASURED, "-m", "not unmeasured", "tests/numbers"), background=True),
     Part("set-up", (*_PYTEST, "-m", "setup_from_scratch", "tests/tools"), background=True),
     Part("permissions enforced", (*_PYTEST, "tests/dds_security"), background=True),
-    Part("damaged input", (*_PYTEST, "tests/fuzz"), background=True),
+    Part("damaged input", (*_PYTEST, "tests/fuzz", "tests/failing_calls"), background=True),
     Part("protocol explored", (*_PYTEST, "tests/protocol"), background=True),
     Part("mypy --strict", ("-m", "mypy", "--strict", *_TYPED), background=True),
 )

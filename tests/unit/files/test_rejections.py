@@ -81,9 +81,10 @@ def test_an_error_about_a_message_definition_quotes_little_of_it() -> None:
     "text",
     [
         b"[" * 100_000,
+        b"- " * 50_000,
         b"a: &a {x: 1}\nb: &b {<<: [" + b"*a, " * 30 + b"]}\nc: {<<: [" + b"*b, " * 30 + b"]}\n",
     ],
-    ids=["nested", "aliases"],
+    ids=["nested", "nested lists of YAML", "aliases"],
 )
 def test_a_bag_with_any_text_for_its_description_is_not_whole(text: bytes, tmp_path: Path) -> None:
     (tmp_path / FILE_NAME).write_bytes(text)

@@ -7,6 +7,7 @@ Damaged files are put aside, what a killed process left half done is removed, an
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -83,12 +84,17 @@ def clean(folder: CampaignFolder) -> None:
         ResultFileError: a file is damaged.
     """
     for path in sorted((folder.path / REPLACED).glob("*.parquet")):
-        numbers = verify(ResultFile.at(path), folder.manifest.schema)
-        if folder.done()[numbers].any():
-            path.unlink()
-        else:
-            path.replace(folder.path / RESULTS / path.name)
+        _settle(folder, path)
     _remove_unused_series(folder)
+
+
+def _settle(folder: CampaignFolder, aside: Path) -> None:
+    """Put a file that was to be replaced back, or remove it where the new one is there."""
+    numbers = verify(ResultFile.at(aside), folder.manifest.schema)
+    if folder.done()[numbers].any():
+        aside.unlink()
+    else:
+        aside.replace(folder.path / RESULTS / aside.name)
 
 
 def forget_lost(folder: CampaignFolder) -> int:
@@ -132,6 +138,7 @@ def _replace(folder: CampaignFolder, file: ResultFile, results: Sequence[CaseRes
         try:
             write_results(folder.path, retained, folder.manifest.schema)
         except OSError:
-            aside.replace(file.path)
+            # The new one may have its name already, and only its folder could not be synchronised.
+            _settle(folder, aside)
             raise
     aside.unlink()

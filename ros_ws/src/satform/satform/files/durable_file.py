@@ -12,6 +12,9 @@ from typing import BinaryIO
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Errors by which the system says that there is no room."""
 
+_NOT_SUPPORTED = (errno.EINVAL, errno.ENOTSUP, errno.EACCES, errno.EPERM)
+"""Errors of a folder that cannot be synchronised, or not by this user."""
+
 
 @contextmanager
 def durable_file(path: Path) -> Iterator[BinaryIO]:
@@ -79,13 +82,20 @@ def reason_text(error: OSError, path: Path) -> str:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Have a new name in a folder survive a power cut, where the file system can."""
-    with suppress(OSError):
+    """Have a new name in a folder survive a power cut, where the file system can and the user may.
+
+    Raises:
+        OSError: the disk has failed.
+    """
+    try:
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+    except OSError as error:
+        if error.errno not in _NOT_SUPPORTED:
+            raise
 
 
 def _discard(draft: Path) -> None:

@@ -116,9 +116,13 @@ def write(name: str, text: str) -> None:
     with opened() as folder:
         remove_from(folder, draft)
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
-        with os.fdopen(os.open(draft, flags, 0o600, dir_fd=folder), "wb") as file:
-            file.write(text.encode())
-        os.rename(draft, name, src_dir_fd=folder, dst_dir_fd=folder)
+        try:
+            with os.fdopen(os.open(draft, flags, 0o600, dir_fd=folder), "wb") as file:
+                file.write(text.encode())
+            os.rename(draft, name, src_dir_fd=folder, dst_dir_fd=folder)
+        except OSError:
+            remove_from(folder, draft)
+            raise
 
 
 def remove(name: str) -> None:

@@ -8,7 +8,7 @@ channels' metadata. Source: rosbag2, branch jazzy, `rosbag2_storage/yaml.hpp`, `
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,9 @@ HASH_KEY = "topic_type_hash"
 
 MOST_BYTES = 100_000_000
 """Size of the largest description that is read; that of 10 000 satellites has some 50 megabytes."""
+
+_MOST_LEVELS = 30
+"""Of lists and mappings within each other in a description that is read; rosbag2's has 5."""
 
 VERSION = 9
 DISTRIBUTION = "jazzy"
@@ -148,7 +151,22 @@ def _parsed(content: bytes) -> Any:
         # Aliases, which rosbag2 does not write, can stand for more than fits into memory.
         if b"&" in content:
             raise
-        return yaml.load(content, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
+        loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+        _require_shallow(yaml.parse(content, loader))
+        return yaml.load(content, loader)  # noqa: S506 - both are safe
+
+
+def _require_shallow(events: Iterable[yaml.Event]) -> None:
+    """Check the nesting of YAML: the loader in C overflows the stack, where the one in Python says so.
+
+    Raises:
+        ValueError: lists and mappings are nested too deeply.
+    """
+    depth = 0
+    for event in events:
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > _MOST_LEVELS:
+            raise ValueError(f"is nested more than {_MOST_LEVELS} levels deep")
 
 
 def write(folder: Path, described: dict[str, Any]) -> None:

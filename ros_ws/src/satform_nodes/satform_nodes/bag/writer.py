@@ -8,6 +8,7 @@ simulated times.
 """
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -107,13 +108,19 @@ class BagFile:
         self.messages += 1
 
     def flush(self) -> None:
-        """Hand everything complete to the operating system."""
-        self._file.flush()
+        """Hand all messages to the operating system; they are then in the file whatever ends this process.
+
+        Raises:
+            OSError: they cannot be written.
+        """
+        self._writer.flush()
 
     def close(self) -> None:
         """Finish the file and write rosbag2's description beside it."""
         self._keep_description()
         self._writer.finish()
+        self._file.flush()
+        os.fsync(self._file.fileno())
         self._file.close()
         bag_metadata.write(self._folder, self._description())
 
