@@ -130,11 +130,13 @@ class Recorded(np.ndarray[Any, Any]):
         return _reduced(np.maximum, self, _axis(args, options))
 
     def _as_floats(self, dtype: Any, **_: Any) -> Any:
+        """The same numbers as floats; no other type is recorded."""
         if np.dtype(dtype) != np.float64:
             raise NotRecordableError(f"numbers are changed to {dtype}")
         return _elementwise(FLOAT, (self,))
 
     def _not_recorded(self, *_: Any, **__: Any) -> Any:
+        """Not recorded: raises `NotRecordableError`."""
         raise NotRecordableError("a method that is not recorded is asked for")
 
     astype: Any = _as_floats
