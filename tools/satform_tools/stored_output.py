@@ -59,7 +59,7 @@ _INSTALLED = ("-info", ".egg-link", ".pth")
 _MOST_ENTRIES = 64
 _MOST_BYTES = 4 * 2**20
 """Of an entry."""
-_MOST_FILES = 64
+_MOST_FILES = 256
 """That a command opens beside code."""
 
 Fingerprint = tuple[int, int, int, int]
