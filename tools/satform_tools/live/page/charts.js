@@ -5,7 +5,7 @@
 // Charts over time beside the scene, by uPlot.
 const liveCharts = (() => {
   const MOST_LINES = 12;
-  const HEIGHT = 150;
+  const height = () => (innerWidth < 1800 ? 150 : 210);
   const known = [
     { key: "error", title: "Tracking error", unit: "m", logarithmic: true },
     { key: "spread", title: "Arc-length spread", unit: "m", logarithmic: true, lone: "flown", theory: true },
@@ -22,7 +22,7 @@ const liveCharts = (() => {
       charts.cards.push(card(charts, kind));
     }
     const observer = new ResizeObserver(() => {
-      for (const { plot, box } of charts.cards) if (plot && box.clientWidth) plot.setSize({ width: box.clientWidth, height: HEIGHT });
+      for (const { plot, box } of charts.cards) if (plot && box.clientWidth) plot.setSize({ width: box.clientWidth, height: height() });
     });
     charts.cards.forEach(({ box }) => observer.observe(box));
     return {
@@ -111,12 +111,14 @@ const liveCharts = (() => {
       stroke: () => charts.style("--soft"), grid: { stroke: () => charts.style("--grid"), width: 1 }, ticks: { show: false },
       font: `11px ${getComputedStyle(document.body).fontFamily}`, ...more,
     });
+    const filter = (_, ticks) => (kind.logarithmic ? ticks.map(decade) : ticks);
+    const decades = { filter, grid: { filter, stroke: () => charts.style("--grid"), width: 1 } };
     return {
-      width: 320, height: HEIGHT, legend: { show: false }, padding: [8, 22, 0, 0],
+      width: 320, height: height(), legend: { show: false }, padding: [8, 30, 0, 0],
       cursor: { drag: { x: false, y: false }, points: { size: 5 }, y: false },
       scales: { x: { time: false }, y: kind.logarithmic ? { distr: 3 } : { range: (_, low, high) => padded(low, high) } },
       axes: [axis({ size: 30, values: (_, ticks) => ticks.map((value) => `${geometry.short(value)} ${charts.clock.name}`), space: 70 }),
-        axis({ size: 56, filter: (_, ticks) => (kind.logarithmic ? ticks.map(decade) : ticks), values: (_, ticks) => ticks.map((value) => (value === null ? "" : powers(value))) })],
+        axis({ size: 56, ...decades, values: (_, ticks) => ticks.map((value) => (value === null ? "" : powers(value))) })],
       series: seriesOf(charts, kind, lineCount),
       hooks: {
         draw: [(plot) => drawMark(charts, plot)],
@@ -157,7 +159,7 @@ const liveCharts = (() => {
     if (one.plot) one.plot.setData(data);
     else {
       one.plot = new uPlot(options(charts, one.kind, data.length - 1), data, one.box);
-      if (one.box.clientWidth) one.plot.setSize({ width: one.box.clientWidth, height: HEIGHT });
+      if (one.box.clientWidth) one.plot.setSize({ width: one.box.clientWidth, height: height() });
     }
   }
 

@@ -34,7 +34,7 @@ const page = (() => {
     if (typeof DecompressionStream === "undefined") {
       throw new Error("The figures need a browser of 2023 or later; the tables do not.");
     }
-    for (const library of document.querySelectorAll(".library")) {
+    for (const library of document.querySelectorAll("script[id^='library']")) {
       const packed = new Blob([floats(library.textContent)]);
       const text = await new Response(packed.stream().pipeThrough(new DecompressionStream("gzip"))).text();
       const script = document.createElement("script");
