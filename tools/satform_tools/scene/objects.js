@@ -248,9 +248,10 @@ const sceneObjects = (() => {
       const css = lost ? space.style("--soft") : space.colour(index);
       const attitude = flight.attitude ? flight.attitude(shown.moment, index) : null;
       const at = world(place);
+      const turned = attitude !== null && !lost && attitude.every(Number.isFinite);
       const symbol = lost ? CROSS : flight.secondary ? DIAMOND : CIRCLE;
-      space.points.push({ flight: number, satellite: index, name: flight.names[index] + flight.suffix, lost, place, at, css, symbol, size: flight.count > 60 ? 8 : 15 });
-      if (attitude && !lost && attitude.every(Number.isFinite)) {
+      space.points.push({ flight: number, satellite: index, name: flight.names[index] + flight.suffix, lost, place, at, css, symbol, size: turned ? 6 : flight.count > 60 ? 8 : 15 });
+      if (turned) {
         const axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((axis) => world(rotated(attitude, axis), true));
         const boresight = flight.boresights && flight.boresights[index];
         space.bodies.push({ at, axes, css, boresight: boresight && world(rotated(attitude, boresight), true) });
