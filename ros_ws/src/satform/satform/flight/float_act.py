@@ -42,7 +42,7 @@ WORTHWHILE = 600
 _MOST_RECORDINGS = 4
 """Times that a satellite is recorded, as after changes of its plan; then it stays with arrays."""
 
-_MOST_SATELLITES = 24
+_MOST_SATELLITES = 16
 """Satellites flown as one up to which they are recorded."""
 
 

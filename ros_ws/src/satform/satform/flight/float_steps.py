@@ -26,7 +26,7 @@ from satform.numeric.recorded_arrays import Recorded, Recording, elements, paire
 from satform.numeric.recording import NotRecordableError, is_own
 from satform.numeric.straight_line import Program, program
 
-MOST_SATELLITES = 24
+MOST_SATELLITES = 16
 """Satellites up to which a flight is recorded; with more of them, arrays are faster."""
 
 _FIRST = 8
