@@ -51,6 +51,14 @@ def test_an_unknown_kind_is_rejected_where_kinds_share_a_base_class() -> None:
         parse_scenario(json.dumps(data))
 
 
+def test_a_long_text_in_the_place_of_a_name_is_shortened_in_the_sentence() -> None:
+    data = shipped("trajectory_tracking").model_dump(mode="json", exclude_unset=True)
+    for changed in ({"dynamics": {"kind": "#" * 50_000}}, {"graph": {"kind": "#" * 50_000}}):
+        with pytest.raises(ScenarioError) as error:
+            parse_scenario(json.dumps({**data, **changed}))
+        assert max(len(problem.sentence) for problem in error.value.problems) < 2000
+
+
 @pytest.mark.parametrize(
     ("scenario", "sentence"),
     [(b'{"name": 3, "x": 1}', r"name.*and \d+ more$"), (b"\xff", "not UTF-8 text")],

@@ -158,12 +158,17 @@ def _sentence(details: ErrorDetails, path: FieldPath, model: type[Spec] | None, 
         return _no_mapping(kind, found, _kinds(path, model, data))
     if kind == "union_tag_invalid":
         tag = str(context.get("tag"))
-        return f"there is no kind {tag!r}{nearest(tag, _kinds(path, model, data))}"
+        return f"there is no kind {_quoted(tag)}{nearest(tag, _kinds(path, model, data))}"
     if kind == "literal_error" and isinstance(found, str):
-        return f"found {found!r}{nearest(found, _options(str(context['expected'])))}"
+        return f"found {_quoted(found)}{nearest(found, _options(str(context['expected'])))}"
     if kind == "value_error":
         return details["msg"].removeprefix("Value error, ")
     return f"found {shortened(found)}; it {_rule(details, context)}"
+
+
+def _quoted(text: str) -> str:
+    """A text of a file in quotes, shortened."""
+    return repr(text if len(text) <= 60 else f"{text[:57]}...")
 
 
 def _missing(path: FieldPath, found: Any) -> str:
