@@ -66,7 +66,7 @@ def test_on_the_wall_clock_a_diverging_flight_ends_with_the_same_code(
 ) -> None:
     options = ["--mode", "realtime", "--rate", "10", "--set", UNSTABLE, "--set", "timing.duration=500.0"]
     process = start_run("triangle", *options)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=180)
     assert process.returncode == EXIT_ENDED_EARLY, output + errors
     assert "ENDED EARLY" in output
     assert "RuntimeWarning" not in output + errors

@@ -161,7 +161,7 @@ def test_a_signal_to_everyone_in_the_terminal_is_a_clean_end(
     else:
         wait_for_bytes(folder / "scenario.json", 1)
     os.killpg(process.pid, number)
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=180)
     assert process.returncode == 130, output + errors
     assert "Traceback" not in output + errors
     assert processes_of(folder) == {}
@@ -178,7 +178,7 @@ def test_two_signals_at_once_stop_a_flight_too(
     for number in numbers:
         process.send_signal(number)
         time.sleep(0.005)  # `timeout` sends a signal to its child and, a moment later, to its child's group
-    output, errors = process.communicate(timeout=60)
+    output, errors = process.communicate(timeout=180)
     assert process.returncode == 130, output + errors
     assert "Stopped at step" in output
     assert processes_of(tmp_path / "run") == {}
@@ -193,7 +193,7 @@ def test_a_folder_for_temporary_files_whose_path_is_too_long_is_a_sentence(
     folder.mkdir()
     monkeypatch.setenv("TMPDIR", str(folder))
     process = start_run("triangle")
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=180)
     assert process.returncode == 2
     assert "set TMPDIR to a shorter one" in errors
     assert "Traceback" not in errors

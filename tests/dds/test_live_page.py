@@ -133,7 +133,7 @@ def test_a_flight_is_watched_and_controlled_and_the_bag_has_what_the_page_did(
     assert browser.complaints == []
     assert browser.requests == [address]
     browser.call("Page.navigate", url="about:blank")
-    run.communicate(timeout=60)
+    run.communicate(timeout=180)
 
     bag = read_bag(tmp_path / "run" / "bag")
     changes = [(one.step, one.satellite, one.name, list(one.value)) for one in bag.history.gain_changes]

@@ -56,24 +56,24 @@ def test_who_looks_on_finds_the_formation_in_its_namespace(domain: int, tmp_path
     )
     try:
         topics = satform("topics", "--json", "--timeout", "60")
-        out, err = topics.communicate(timeout=90)
+        out, err = topics.communicate(timeout=180)
         assert topics.returncode == 0, err
         there = {entry["topic"]: entry for entry in json.loads(out)}
         assert there["/f1/sat1/state"]["publishers"] == 1
         assert there["/f1/sat1/state"]["subscriptions"] == 2
         assert "/sat1/state" not in there
         watched = satform("watch", "--once", "--json", "--namespace", "f1")
-        out, err = watched.communicate(timeout=60)
+        out, err = watched.communicate(timeout=180)
         assert watched.returncode == 0, err
         assert [entry["name"] for entry in json.loads(out)["satellites"]] == ["sat1", "sat2", "sat3"]
         elsewhere = satform("watch", "--once", "--namespace", "f2", "--timeout", "1")
-        _, err = elsewhere.communicate(timeout=60)
+        _, err = elsewhere.communicate(timeout=180)
         assert elsewhere.returncode == 2
         assert f"no formation is flying on domain {domain} in the namespace /f2" in err
         stopped = satform("call", "/f1/formation/stop")
-        stopped.communicate(timeout=60)
+        stopped.communicate(timeout=180)
         assert stopped.returncode == 0
-        flying.communicate(timeout=60)
+        flying.communicate(timeout=180)
     finally:
         flying.kill()
         flying.communicate()
