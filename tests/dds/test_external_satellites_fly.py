@@ -153,7 +153,8 @@ def test_satellite_that_leaves_is_lost_and_rejoins_when_started_again(
     start_program: Callable[..., "subprocess.Popen[str]"],
     tmp_path: Path,
 ) -> None:
-    flight = start_run("triangle", *EXTERNAL, "--set", "node_timeout=1.0", "--set", "timing.duration=2000")
+    # Long enough for a program that starts slowly beside other work.
+    flight = start_run("triangle", *EXTERNAL, "--set", "node_timeout=1.0", "--set", "timing.duration=4000")
     program = start_program(tmp_path / "run", FOREIGN)
     bag = tmp_path / "run" / "bag" / "bag_0.mcap"
     end = time.monotonic() + 100.0

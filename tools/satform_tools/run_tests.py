@@ -15,7 +15,10 @@ from satform_tools import console
 from satform_tools.run.scenario_library import ROOT
 
 _TYPED = (
-    *(f"ros_ws/src/{package}/{package}" for package in ("satform", "satform_nodes", "satform_bringup")),
+    *(
+        f"ros_ws/src/{package}/{package}"
+        for package in ("satform", "satform_nodes", "satform_bringup", "satform_transport")
+    ),
     "tools/satform_tools",
     "tools/satform_setup",
 )

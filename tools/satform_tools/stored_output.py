@@ -202,6 +202,8 @@ class _Recorded(io.TextIOWrapper):
 
 def _recorded(key: str, command: Callable[[], int]) -> int:
     """Run a command and store its output."""
+    from satform_tools import output_streams  # noqa: PLC0415 - by name, as tests replace it
+
     pieces: list[tuple[str, str]] = []
     opened: dict[str, Fingerprint | None] = {}
     listening = True
@@ -222,11 +224,14 @@ def _recorded(key: str, command: Callable[[], int]) -> int:
     finally:
         listening = False
         for name, stream in recorded.items():
-            if getattr(sys, name) is stream:
-                setattr(sys, name, before[name])
+            # Also where a library has wrapped it, as click does when the reader has gone.
+            setattr(sys, name, before[name])
             # Otherwise it would close the descriptor when it is no longer used.
             with suppress(OSError, ValueError):
                 stream.detach()
+        with suppress(OSError):
+            # What is left in the buffer of a stream without a reader; Python would try again on its way out.
+            output_streams.finish()
     if code == 0:
         # Without permission or room to write there every command computes it.
         with suppress(OSError, ValueError):

@@ -26,7 +26,14 @@ phase_publisher = node.create_publisher(ArcLength, f"{OWN}/arc_length", EACH_STE
 ready_publisher = node.create_publisher(NodeReady, "formation/node_ready", LATCHED)
 sources, phases, last = {}, {}, []
 now = SimpleNamespace(
-    status=None, state=None, anchor=None, step=None, phase=(0.0, 0.0), ready=False, alive=False
+    status=None,
+    state=None,
+    anchor=None,
+    step=None,
+    phase=(0.0, 0.0),
+    ready=False,
+    alive=False,
+    rejoined=False,
 )
 
 
@@ -51,6 +58,7 @@ def take_status(message):
     if now.alive and not alive:
         now.ready = False  # the plant rejects readiness that it reads before the loss
     now.alive = alive
+    now.rejoined = alive and (now.rejoined or OWN in message.rejoined)
     # The status has the present edges alone, and a schedule of the scenario may bring others.
     for name in now.status.satellites:
         if name != OWN and name not in sources:
@@ -95,7 +103,8 @@ def act():
         return
     stamp = state.header.stamp
     if now.step is None:
-        if state.step < status.step or not status.alive[status.satellites.index(OWN)]:
+        # At step 0, or at that of its return: a former process may not be known to be lost yet.
+        if state.step < status.step or not (now.alive and (state.step == 0 or now.rejoined)):
             return
         now.step, now.anchor = state.step, (state.position.x, state.position.y, state.position.z)
         publish(phase_publisher, announcement(), now.step, stamp)

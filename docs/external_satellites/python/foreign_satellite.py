@@ -18,7 +18,7 @@ class ForeignSatellite(Node):
         super().__init__(OWN)
         recorded = self.declare_parameter("recorded", True).value  # whether a recorder takes part
         self.law, self.step, self.state, self.status = PhaseLaw(), None, None, FormationStatus()
-        self.phases, self.last, self.ready, self.alive = {}, [], False, False
+        self.phases, self.last, self.ready, self.alive, self.rejoined = {}, [], False, False, False
         self.command = self.create_publisher(Command, f"{OWN}/command", EACH_STEP)
         self.phase = self.create_publisher(ArcLength, f"{OWN}/arc_length", EACH_STEP)
         self.tracking = self.create_publisher(Tracking, f"{OWN}/tracking", EACH_STEP)  # for the recorder
@@ -40,6 +40,7 @@ class ForeignSatellite(Node):
     def on_status(self, status: FormationStatus) -> None:
         self.status, alive = status, status.alive[status.satellites.index(OWN)]
         self.ready, self.alive = self.ready and (alive or not self.alive), alive  # a loss asks for it again
+        self.rejoined = alive and (self.rejoined or OWN in status.rejoined)
         over = status.phase in (FormationStatus.FINISHED, FormationStatus.ABORTED)
         if over or (self.step is not None and not alive):  # if it is lost, it rejoins when started again
             raise SystemExit(0 if status.phase == FormationStatus.FINISHED else 3)
@@ -61,7 +62,7 @@ class ForeignSatellite(Node):
         if state is None or status.version < state.formation_version or state.step == status.last_step:
             return
         if self.step is None:  # begins at step 0, or at that of its return
-            if state.step < status.step or not status.alive[status.satellites.index(OWN)]:
+            if state.step < status.step or not (self.alive and (state.step == 0 or self.rejoined)):
                 return
             self.step = state.step
             self.publish(self.phase, ArcLength(**self.law.join(self.step)), self.step)
