@@ -47,7 +47,7 @@ typedef struct {
   StoredPhase stored[NEIGHBOURS][STORED];
   Phase own;
   uint64_t step;
-  bool recorded, ready, has_status, has_state, flying, has_commanded, member;
+  bool recorded, ready, has_status, has_state, flying, has_commanded, member, rejoined;
 } Satellite;
 
 static void check(rcl_ret_t result)
@@ -250,7 +250,7 @@ static void act(Satellite * own)
     return;
   }
   if (!own->flying) {  // begins at step 0, or at that of its return [L3]
-    if (state->step < own->formation.step || !is_member(own)) {
+    if (state->step < own->formation.step || !is_member(own) || !(state->step == 0 || own->rejoined)) {
       return;
     }
     own->flying = true;
@@ -290,6 +290,11 @@ static int take_status(Satellite * own)
     own->ready = false;  // what it published before its loss is rejected [L2]
   }
   own->member = member;
+  bool rejoins = false;
+  for (size_t index = 0; index < formation->rejoined.size; index++) {
+    rejoins = rejoins || is(&formation->rejoined.data[index], OWN);
+  }
+  own->rejoined = member && (own->rejoined || rejoins);
   repeat(own);
   return GOES_ON;
 }

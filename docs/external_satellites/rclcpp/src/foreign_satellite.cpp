@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Satellite 2 of the scenario `triangle` as a program of its own: rclcpp and satform's messages alone.
 // The rules in brackets are those of docs/interface.md.
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <map>
@@ -126,6 +127,8 @@ private:
       timer_->reset();  // what it published before its loss is rejected [L2]
     }
     member_ = is_member();
+    const auto & names = message.rejoined;
+    rejoined_ = member_ && (rejoined_ || std::find(names.begin(), names.end(), own_name) != names.end());
     if (last_command_) {
       command_->publish(*last_command_);
     }
@@ -187,7 +190,7 @@ private:
       return;
     }
     if (!step_) {  // begins at step 0, or at that of its return [L3]
-      if (given_->step < formation_->step || !is_member()) {
+      if (given_->step < formation_->step || !is_member() || !(given_->step == 0 || rejoined_)) {
         return;
       }
       step_ = given_->step;
@@ -231,6 +234,7 @@ private:
 
   bool recorded_;
   bool member_ = false;
+  bool rejoined_ = false;
   Phase own_{};
   std::optional<std::uint64_t> step_;
   std::optional<RelativeState> given_;
