@@ -304,13 +304,22 @@ class PlantSteps:
         self._single_steps = 0
         self.commands.timing.begin()
         self._output.publish_status(FormationPhase.FLYING, "resumed")
-        step = self.plant.step
+        step = self.membership.next_step
         self.publish_due_states()
         return step
 
     def single_step(self) -> int:
-        """Take one step and pause again; the number of the step that is taken."""
-        step = self.membership.next_step
+        """Take one step and pause again, after those that have been asked for and are not taken yet.
+
+        Returns:
+            The number of the step that is taken.
+
+        Raises:
+            ValueError: the last step is taken already, or asked for.
+        """
+        step = self.membership.next_step + self._single_steps
+        if step > self.plan.timing.steps:
+            raise ValueError("the last step has been taken")
         if not self._paused:
             self.pause()
         self._single_steps += 1

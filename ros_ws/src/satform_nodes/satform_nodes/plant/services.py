@@ -46,7 +46,11 @@ class FlightControl(Protocol):
         """Take steps again; the number of the first one."""
 
     def single_step(self) -> int:
-        """Take one step and pause again; the number of the step that is taken."""
+        """Take one step and pause again; the number of the step that is taken.
+
+        Raises:
+            ValueError: there is no such step.
+        """
 
     def schedule_event(self, event: Event) -> int:
         """Schedule an event for the next step; returns the step."""
@@ -79,7 +83,11 @@ class FormationServices:
     def _step(self, _request: Any, reply: Any) -> Any:
         if not self._control.flying:
             return _failed(reply, "the flight has not begun")
-        return _done(reply, f"takes step {self._control.single_step()} and pauses")
+        try:
+            step = self._control.single_step()
+        except ValueError as error:
+            return _failed(reply, str(error))
+        return _done(reply, f"takes step {step} and pauses")
 
     def _stop(self, _request: Any, reply: Any) -> Any:
         self._control.stop_asked = True
