@@ -78,10 +78,10 @@ def processes_of(folder: Path) -> dict[str, int]:
 
 
 class HeldRestart:
-    """Kills a satellite at a step and holds the flight until its next process has opened DDS.
+    """Kills a satellite at a step and holds the flight until its next process is ready.
 
-    Without the hold a flight on a busy machine may end before the new process takes part. The scenario's
-    `node_timeout` has to be longer than a process takes to start.
+    Without the hold a flight may end before the new process takes part. The scenario's `node_timeout` has to be
+    longer than a process takes to start.
     """
 
     def __init__(self, folder: Path, step: int, killed: str, held: str, restarted: str) -> None:
@@ -108,21 +108,10 @@ class HeldRestart:
         self.helper.start()
 
     def _resume(self, held: int) -> None:
+        log = self._folder / "log" / f"{self._restarted}.log"
         end = time.monotonic() + 240.0
         while time.monotonic() < end:
-            process = processes_of(self._folder).get(self._restarted)
-            if process is not None and has_udp_socket(process):
+            if log.exists() and f"{self._killed}: ready" in log.read_text(errors="replace"):
                 break
-            time.sleep(0.01)  # polls: another process starts the process
+            time.sleep(0.01)  # polls: another process writes the log
         os.kill(held, signal.SIGCONT)
-
-
-def has_udp_socket(process: int) -> bool:
-    """Whether a process has opened a UDP socket, as the first node of a process does."""
-    table = Path(f"/proc/{process}/net/udp")
-    try:
-        inodes = {line.split()[9] for line in table.read_text().splitlines()[1:]}
-        links = [str(link.readlink()) for link in Path(f"/proc/{process}/fd").iterdir()]
-    except OSError:
-        return False
-    return any(link.removeprefix("socket:[").removesuffix("]") in inodes for link in links)

@@ -285,10 +285,9 @@ class ReadyOnce(ForeignSatellite):
 class TooEarly(ForeignSatellite):
     """L3: answers the first state that it receives, before it has rejoined."""
 
-    def on_status(self, status: Any) -> None:
-        if self.step is None:
-            status.alive[1], status.step = True, 0
-        super().on_status(status)
+    def act(self) -> None:
+        self.alive = self.rejoined = True
+        super().act()
 
 
 class DropsFirstState(ForeignSatellite):

@@ -48,6 +48,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
     for satellite in satellites:
         satellite.steps.offer()
         satellite.report.send("ready", node=satellite.name)
+    satellites[0].node.get_logger().info(f"{names}: ready")
 
     def begun() -> bool:
         return over() or any(satellite.steps.flying for satellite in satellites)
