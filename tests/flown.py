@@ -80,8 +80,8 @@ def processes_of(folder: Path) -> dict[str, int]:
 class HeldRestart:
     """Kills a satellite at a step and slows the flight down until its next process is ready.
 
-    Otherwise a flight may end before the new process takes part. The scenario's `node_timeout` has to be longer
-    than a process takes to start.
+    Otherwise a flight may end before the new process takes part. The scenario's `node_timeout` has to be
+    longer than a process takes to start.
     """
 
     def __init__(self, folder: Path, step: int, killed: str, held: str, restarted: str) -> None:
@@ -91,8 +91,8 @@ class HeldRestart:
             folder: of the run.
             step: from which on the satellite is killed.
             killed: name of the satellite.
-            held: name of the satellite that is stopped most of the time meanwhile. It is not stopped for good,
-                since the new process is ready only when it has discovered all others.
+            held: name of the satellite that is stopped most of the time meanwhile. It is not stopped for
+                good, since the new process is ready only when it has discovered all others.
             restarted: log of the next process, without its suffix.
         """
         self.helper: threading.Thread | None = None

@@ -14,7 +14,7 @@ from rclpy.serialization import deserialize_message
 from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from satform.communication import topic_table
-from satform.communication.message_validator import MessageValidator, RejectionCounter
+from satform.communication.message_validator import MessageRules, MessageValidator, RejectionCounter
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import PLANT, channels, published_by, topic_name
 from satform.flight.checkpoint import restore, save
@@ -97,10 +97,9 @@ class PlantProcess:
         rejections = RejectionCounter()
         stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         last = len(COMMAND.fields)
+        rules = MessageRules(unbounded=(last - 1, last))
         validators = [
-            MessageValidator(
-                topic_name("command", name), COMMAND, rejections, stamps, unbounded=(last - 1, last)
-            )
+            MessageValidator(topic_name("command", name), COMMAND, rejections, stamps, rules)
             for name in plan.names
         ]
         self.membership = MembershipManager(plan.membership, [])
@@ -262,7 +261,7 @@ class SatelliteProcess:
         rejections = RejectionCounter()
         self._rejections, self._stamps = rejections, stamps
         self._state_validator = MessageValidator(
-            topic_name("state", self.name), STATE, rejections, stamps, exact=False
+            topic_name("state", self.name), STATE, rejections, stamps, MessageRules(exact=False)
         )
         self._validators: dict[int, MessageValidator] = {}
         self._writers: dict[int, AuthorisedWriters] = {}
@@ -353,7 +352,7 @@ class SatelliteProcess:
         name = self._names[neighbour]
         self._writers[neighbour] = AuthorisedWriters([name])
         self._validators[neighbour] = MessageValidator(
-            topic_name("arc_length", name), PHASE, self._rejections, self._stamps, exact=False
+            topic_name("arc_length", name), PHASE, self._rejections, self._stamps, MessageRules(exact=False)
         )
 
     def retarget(self, satellite: Satellite, target: Target) -> None:

@@ -9,7 +9,12 @@ from satform_msgs.msg import ArcLength, Command, FormationStatus, RelativeState
 
 from flights import shortened
 from satform.communication import topic_table
-from satform.communication.message_validator import EARLIER_STAMPS, MessageValidator, RejectionCounter
+from satform.communication.message_validator import (
+    EARLIER_STAMPS,
+    MessageRules,
+    MessageValidator,
+    RejectionCounter,
+)
 from satform.communication.sim_time import Stamps
 from satform.flight.compile import compile_scenario
 from satform.protocol.formation_view import FormationView
@@ -24,8 +29,8 @@ KINDS = {"command": Command, "state": RelativeState, "arc_length": ArcLength}
 def admitted(kind: str, step: int, nanoseconds: int) -> tuple[Any, dict[tuple[str, str], int]]:
     """What becomes of a message of a step with a stamp, and what is counted."""
     form, rejections = layout(KINDS[kind], topic_table.FRAME), RejectionCounter()
-    exact = kind not in EARLIER_STAMPS
-    validator = MessageValidator(f"/sat1/{kind}", form, rejections, Stamps(0.5, STEP), exact=exact)
+    rules = MessageRules(exact=kind not in EARLIER_STAMPS)
+    validator = MessageValidator(f"/sat1/{kind}", form, rejections, Stamps(0.5, STEP), rules)
     rest = [0] * (len(form.fields) - 3)
     data = form.pack(*divmod(nanoseconds, 10**9), step, *rest)
     return validator.validate(data, 0, 100), dict(rejections.counts)

@@ -12,7 +12,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from flights import shipped
-from satform.communication.message_validator import MessageValidator, RejectionCounter
+from satform.communication.message_validator import MessageRules, MessageValidator, RejectionCounter
 from satform.communication.sim_time import Stamps
 from satform.communication.topic_table import TopicPlan
 from satform.flight.compile import compile_scenario
@@ -69,17 +69,14 @@ def both(kind: str, further: bool) -> tuple[list[MessageValidator], list[Rejecti
     plan = topics(TOPICS[kind])
     form = form_of(kind, plan, 0)
     counters = [RejectionCounter(), RejectionCounter()]
+    rules = MessageRules(
+        exact=kind in ("command", "attitude"),
+        unbounded=unbounded_fields(kind, plan, 0),
+        largest=largest_number(kind),
+        further=(lambda numbers: "odd" if numbers[2] % 2 else "") if further else None,
+    )
     validators = [
-        made(
-            f"/sat1/{kind}",
-            form,
-            counter,
-            Stamps(0.5, STEP),
-            exact=kind in ("command", "attitude"),
-            unbounded=unbounded_fields(kind, plan, 0),
-            largest=largest_number(kind),
-            further=(lambda numbers: "odd" if numbers[2] % 2 else "") if further else None,
-        )
+        made(f"/sat1/{kind}", form, counter, Stamps(0.5, STEP), rules)
         for made, counter in zip((MessageValidator, CompiledValidator), counters, strict=True)
     ]
     return validators, counters, form

@@ -10,7 +10,7 @@ from satform_msgs.msg import ArcLength, FormationStatus, RelativeState
 
 from flights import shortened
 from satform.communication import topic_table
-from satform.communication.message_validator import MessageValidator, RejectionCounter
+from satform.communication.message_validator import MessageRules, MessageValidator, RejectionCounter
 from satform.communication.sim_time import Stamps
 from satform.flight.compile import compile_scenario
 from satform.protocol.satellite_steps import SatelliteSteps
@@ -30,7 +30,7 @@ class Satellite:
         self.steps.offer()
 
     def validator(self, form: Any) -> MessageValidator:
-        return MessageValidator("/a", form, RejectionCounter(), self.stamps, exact=False)
+        return MessageValidator("/a", form, RejectionCounter(), self.stamps, MessageRules(exact=False))
 
     def state(self, step: int, version: int = 0) -> None:
         form = layout(RelativeState, topic_table.FRAME)

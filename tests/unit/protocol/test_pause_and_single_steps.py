@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The step that is named when a flight is paused, resumed or taken a step further is the one that is taken."""
+"""The step that the reply to pause, resume or a single step names is the one that is taken."""
 
 from unittest.mock import Mock
 

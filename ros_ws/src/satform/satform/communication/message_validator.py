@@ -8,6 +8,7 @@ message has no effect but to be counted, by topic and reason.
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 from typing import Any
@@ -65,6 +66,29 @@ class RejectionCounter:
         return {f"{topic}: {reason}": str(count) for (topic, reason), count in sorted(self.counts.items())}
 
 
+@dataclass(frozen=True)
+class MessageRules:
+    """What holds for the numbers of a message.
+
+    Attributes:
+        exact: whether a message has the stamp of its step; else it may have that of an earlier one.
+        unbounded: first of the numbers that may have any value, and the first one after them, by their
+            indices among the fields of the form.
+        largest: magnitude above which no other number lies.
+        further: called with the numbers of a message that passes all else; why it is rejected, or an empty
+            text.
+    """
+
+    exact: bool = True
+    unbounded: tuple[int, int] = (0, 0)
+    largest: float = LARGEST
+    further: Callable[[tuple[Any, ...]], str] | None = None
+
+
+EXACT = MessageRules()
+"""Rules of a message with the stamp of its step."""
+
+
 class MessageValidator:
     """Validates the messages of one topic.
 
@@ -78,11 +102,7 @@ class MessageValidator:
         form: Layout,
         rejections: RejectionCounter,
         stamps: Stamps,
-        *,
-        exact: bool = True,
-        unbounded: tuple[int, int] = (0, 0),
-        largest: float = LARGEST,
-        further: Callable[[tuple[Any, ...]], str] | None = None,
+        rules: MessageRules = EXACT,
     ) -> None:
         """Nothing has been validated yet.
 
@@ -91,22 +111,15 @@ class MessageValidator:
             form: of its messages.
             rejections: counts the rejected messages.
             stamps: of the scenario's steps.
-            exact: whether a message has the stamp of its step; else it may have that of an earlier one.
-            unbounded: first of the numbers that may have any value, and the first one after them, by their
-                indices among the fields of the form.
-            largest: magnitude above which no other number lies.
-            further: called with the numbers of a message that passes all else; why it is rejected, or an
-                empty text.
+            rules: for their numbers.
         """
         self.repeated = 0
         self._topic = topic
         self._form = form
         self._rejections = rejections
         self._stamps = stamps
-        self._exact = exact
-        self._unbounded = unbounded
-        self._largest = largest
-        self._further = further
+        self._rules = rules
+        self._further = rules.further
         self._lengths = tuple(
             (index, sum(other.startswith(f"{name.removesuffix('.length')}[") for other in form.fields))
             for index, name in enumerate(form.fields)
@@ -128,18 +141,19 @@ class MessageValidator:
         if self._lengths and any(numbers[index] != length for index, length in self._lengths):
             self._reject(Reason.FORM)
             return None
-        begin, end = self._unbounded
+        begin, end = self._rules.unbounded
+        largest = self._rules.largest
         step, values = numbers[2], numbers[3:begin] + numbers[end:] if end else numbers[3:]
         if step > last:
             self._reject(Reason.NOT_DUE)
             return None
-        if self._stamps.contradict(numbers[0], numbers[1], step, exact=self._exact):
+        if self._stamps.contradict(numbers[0], numbers[1], step, exact=self._rules.exact):
             self._reject(Reason.CONTRADICTION)
             return None
         if not isfinite(sum(values)):
             self._reject(Reason.NOT_FINITE)
             return None
-        if max(values) > self._largest or min(values) < -self._largest:
+        if max(values) > largest or min(values) < -largest:
             self._reject(Reason.RANGE)
             return None
         if step < first:

@@ -13,6 +13,7 @@ from satform_msgs.msg import Command, NodeReady, RecorderProgress
 from satform.communication import topic_table
 from satform.communication.message_validator import (
     CONTRADICTION,
+    MessageRules,
     RejectionCounter,
 )
 from satform.communication.sim_time import Stamps
@@ -30,8 +31,8 @@ from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 
 _COMMAND = layout(Command, topic_table.FRAME)
-_UNBOUNDED = (len(_COMMAND.fields) - 1, len(_COMMAND.fields))
-"""The field of a command that may have any value: what a satellite reports as beyond every limit."""
+_COMMAND_RULES = MessageRules(unbounded=(len(_COMMAND.fields) - 1, len(_COMMAND.fields)))
+"""One field of a command may have any value: what a satellite reports as beyond every limit."""
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 
@@ -102,9 +103,8 @@ class PlantSubscriptions:
         self._authorised = [
             AuthorisedPublishers(node, topic, authorised[topic], rejections) for topic in commands
         ]
-        # The value of a violation is what no other number may be.
         validators = [
-            new_validator(topic, _COMMAND, rejections, stamps, unbounded=_UNBOUNDED) for topic in commands
+            new_validator(topic, _COMMAND, rejections, stamps, _COMMAND_RULES) for topic in commands
         ]
         self.commands = PlantCommands(
             membership, _COMMAND, validators, rejections, self.command_monitor, clocked=clocked

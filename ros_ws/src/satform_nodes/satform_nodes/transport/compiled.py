@@ -3,10 +3,15 @@
 """The compiled part of the transport, package `satform_transport`, where it is built and not switched off."""
 
 import os
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from satform.communication.message_validator import LARGEST, MessageValidator, Reason, RejectionCounter
+from satform.communication.message_validator import (
+    EXACT,
+    MessageRules,
+    MessageValidator,
+    Reason,
+    RejectionCounter,
+)
 from satform.communication.sim_time import Stamps
 from satform_nodes.transport.cdr_codec import Layout
 
@@ -47,28 +52,11 @@ def message_waiter() -> "MessageWaiter | None":
 
 
 def new_validator(
-    topic: str,
-    form: Layout,
-    rejections: RejectionCounter,
-    stamps: Stamps,
-    *,
-    exact: bool = True,
-    unbounded: tuple[int, int] = (0, 0),
-    largest: float = LARGEST,
-    further: Callable[[tuple[Any, ...]], str] | None = None,
+    topic: str, form: Layout, rejections: RejectionCounter, stamps: Stamps, rules: MessageRules = EXACT
 ) -> MessageValidator:
     """A validator, compiled if it can be; the arguments are those of `MessageValidator`."""
     kind = CompiledValidator if is_used() else MessageValidator
-    return kind(
-        topic,
-        form,
-        rejections,
-        stamps,
-        exact=exact,
-        unbounded=unbounded,
-        largest=largest,
-        further=further,
-    )
+    return kind(topic, form, rejections, stamps, rules)
 
 
 class CompiledValidator(MessageValidator):
@@ -80,22 +68,9 @@ class CompiledValidator(MessageValidator):
         form: Layout,
         rejections: RejectionCounter,
         stamps: Stamps,
-        *,
-        exact: bool = True,
-        unbounded: tuple[int, int] = (0, 0),
-        largest: float = LARGEST,
-        further: Callable[[tuple[Any, ...]], str] | None = None,
+        rules: MessageRules = EXACT,
     ) -> None:
-        super().__init__(
-            topic,
-            form,
-            rejections,
-            stamps,
-            exact=exact,
-            unbounded=unbounded,
-            largest=largest,
-            further=further,
-        )
+        super().__init__(topic, form, rejections, stamps, rules)
         lengths = dict(self._lengths)
         entries = form.dtype.fields
         assert entries is not None  # noqa: S101 - a structured type
@@ -110,9 +85,9 @@ class CompiledValidator(MessageValidator):
                 fields,
                 form.constant,
                 stamps.step_nanoseconds,
-                exact,
-                *(unbounded if unbounded[1] else (0, 0)),
-                largest,
+                rules.exact,
+                *(rules.unbounded if rules.unbounded[1] else (0, 0)),
+                rules.largest,
             )
             .check
         )

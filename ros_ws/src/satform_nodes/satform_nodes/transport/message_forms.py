@@ -7,6 +7,7 @@ from satform.communication.covariance_check import covariance_complaint
 from satform.communication.message_validator import (
     EARLIER_STAMPS,
     LARGEST,
+    MessageRules,
     MessageValidator,
     RejectionCounter,
 )
@@ -76,13 +77,10 @@ def validator_of(
         rejections: counts the rejected messages.
         stamps: of the scenario's steps.
     """
-    return new_validator(
-        topic,
-        form_of(kind, plan, satellite),
-        rejections,
-        stamps,
+    rules = MessageRules(
         exact=kind not in EARLIER_STAMPS,
         unbounded=unbounded_fields(kind, plan, satellite),
         largest=largest_number(kind),
         further=covariance_complaint if kind == "navigation_estimate" else None,
     )
+    return new_validator(topic, form_of(kind, plan, satellite), rejections, stamps, rules)
