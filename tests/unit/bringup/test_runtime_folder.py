@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Files of runs are the user's own: nobody else can redirect, read or empty them; domains are all users'."""
 
+import json
 import os
 import socket
 import stat
@@ -16,7 +17,7 @@ import pytest
 
 from satform_bringup.deployment import domain_lock, runtime_folder
 from satform_bringup.deployment.runtime_folder import RuntimeFolderError
-from satform_bringup.supervisor.run_registry import described, registered_runs
+from satform_bringup.supervisor.run_registry import described, file_name, registered_runs
 
 NOBODY = 65534
 
@@ -161,3 +162,21 @@ def test_the_sentence_about_a_domain_in_use_names_the_process(monkeypatch: pytes
         domain_lock.own_domain(),
     ):
         pass
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [{"domain": "41"}, {"process": str(os.getpid())}, {"scenario": 3}, {"folder": None}, {"x": 1}, None],
+)
+def test_a_description_that_is_none_is_passed_over(changed: dict[str, object] | None, tmp_path: Path) -> None:
+    with described(41, "triangle", tmp_path):
+        assert [run.domain for run in registered_runs()] == [41]
+        name = file_name(41)
+        whole = json.loads(runtime_folder.read(name) or "")
+        other = {
+            key: str(os.getpid()) if value == "{pid}" else value for key, value in (changed or {}).items()
+        }
+        text = "[" * 100_000 if changed is None else json.dumps({**whole, **other})
+        runtime_folder.remove(name)
+        runtime_folder.write(name, text)
+        assert registered_runs() == []

@@ -5,10 +5,12 @@
 import hashlib
 import io
 import json
+import math
 import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -228,6 +230,33 @@ def test_a_record_whose_satellites_have_no_names_is_rejected(tmp_path: Path) -> 
         load_record(tmp_path / RECORD)
 
 
+@pytest.mark.parametrize(
+    ("name", "values", "sentence"),
+    [
+        ("velocity", np.zeros((11, 3)), r"velocity has shape \(11, 3\), not \(5, 3, 3\)"),
+        ("position", np.zeros(()), r"position has shape \(\), not \(1, 3, 3\)"),
+        ("acceleration", np.zeros((5, 3, 3)), r"acceleration has shape \(5, 3, 3\), not \(4, 3, 3\)"),
+        ("delta_v", np.zeros((0, 3)), r"delta_v has shape \(0, 3\), not \(5, 3\)"),
+        ("mrp", np.zeros((3, 3, 3)), r"mrp has shape \(3, 3, 3\), not \(5, 3, 3\)"),
+        ("rate", np.full((5, 3), 1j), "rate holds complex128, not numbers"),
+        ("rate", np.full((5, 3), "1"), "rate holds str32, not numbers"),
+        ("step", 0.0, r"found 0\.0; a control period is a positive number of seconds"),
+        ("step", math.inf, "found inf; a control period"),
+        ("step", "1", "found '1'; a control period"),
+    ],
+)
+def test_a_record_with_arrays_of_another_form_is_rejected(
+    name: str, values: Any, sentence: str, tmp_path: Path
+) -> None:
+    save_record(simulate(shortened("triangle", 2.0)), tmp_path / RECORD)
+    arrays = dict(np.load(tmp_path / RECORD))
+    if name == "step":
+        values, name = np.array(json.dumps({**json.loads(str(arrays["head"])), "step": values})), "head"
+    np.savez(tmp_path / RECORD, **{**arrays, name: values})
+    with pytest.raises(RecordError, match=sentence):
+        load_record(tmp_path / RECORD)
+
+
 def test_a_run_whose_scenario_has_several_errors_is_rejected_in_one_line(tmp_path: Path) -> None:
     save_record(simulate(shortened("triangle", 2.0)), tmp_path / RECORD)
     (tmp_path / "scenario.json").write_text('{"name": 3, "x": 1}')
@@ -243,6 +272,7 @@ def test_a_run_whose_scenario_has_several_errors_is_rejected_in_one_line(tmp_pat
         {"domain": -1},
         {"environment": {"A": 1}},
         {"nodes": [{"name": 1, "executable": "x"}]},
+        {"nodes": [{"name": "sat1", "executable": "satellite_node", "parameters": ["satellite"]}]},
     ],
 )
 def test_processes_that_cannot_be_started_as_their_file_says_are_rejected(

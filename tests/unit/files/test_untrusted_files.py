@@ -95,6 +95,9 @@ def test_what_is_no_regular_file_of_the_size_expected_is_refused_unread(
         (b"{", "is not JSON"),
         (b"\xff\xfe\x00", "is not"),
         (b"9" * 5000, "is not JSON"),
+        (b'{"a": 1e999}', "1e999 is not a finite number"),
+        (b"[-Infinity]", "-Infinity is not a finite number"),
+        (b"[NaN]", "NaN is not a finite number"),
         (b"", "is not JSON"),
     ],
 )

@@ -4,6 +4,7 @@
 
 import errno
 import json
+import math
 import os
 import stat
 from pathlib import Path
@@ -89,16 +90,25 @@ def read_json(path: Path, limit: int) -> Any:
 
     Raises:
         OSError: it cannot be read, or is too large.
-        ValueError: it is not JSON in UTF-8, or nested too deeply; the message says which.
+        ValueError: it is not JSON in UTF-8, has a number that is not finite, or is nested too deeply; the
+            message says which.
     """
     try:
-        return json.loads(read_bounded(path, limit, "a file of this kind"))
+        text = read_bounded(path, limit, "a file of this kind")
+        return json.loads(text, parse_constant=_finite, parse_float=_finite)
     except UnicodeDecodeError:
         raise ValueError("is not UTF-8 text") from None
     except RecursionError:
         raise ValueError("is nested too deeply") from None
     except ValueError as error:
         raise ValueError(f"is not JSON: {error}") from None
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text:.40} is not a finite number")
+    return number
 
 
 def too_large(size: int, limit: int, what: str) -> str:

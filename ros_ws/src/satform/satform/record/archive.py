@@ -3,6 +3,7 @@
 """The record of an in-process flight as a numpy archive."""
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from satform.common.printable_text import reason
 from satform.files.durable_file import durable_file
 from satform.files.numpy_archive import read_archive
+from satform.numeric.elementwise import Array
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord
 from satform.record.navigation_history import NavigationHistory
@@ -72,8 +74,9 @@ def load_record(path: Path) -> FlightRecord:
         arrays: dict[str, Any] = {}
         for equipment in OPTIONAL_EQUIPMENT:
             arrays |= without(equipment, count, None)
+        steps = len(np.atleast_1d(archive["position"])) - 1
         arrays |= {
-            name: np.asarray(archive[name], dtype=np.float64)
+            name: _quantity(name, archive[name], steps, count)
             for name in QUANTITIES
             if name in archive or name not in OPTIONAL
         }
@@ -81,11 +84,11 @@ def load_record(path: Path) -> FlightRecord:
         early_end = None if end is None else EarlyEnd.of(end)
         return FlightRecord(
             tuple(names),
-            float(head["step"]),
+            _period(head["step"]),
             **arrays,
             early_end=early_end,
             clocked=bool(head.get("clocked", False)),
-            navigation=_navigation(archive),
+            navigation=_navigation(archive, steps, count),
             chief_source=None,
             link_source=None,
             central_source=None,
@@ -100,9 +103,46 @@ def _text(value: Any) -> str:
     return value
 
 
-def _navigation(archive: Mapping[str, NDArray[Any]]) -> NavigationHistory | None:
+def _period(value: Any) -> float:
+    if not isinstance(value, int | float) or not 0.0 < value < math.inf:
+        raise ValueError(f"found {value!r:.60}; a control period is a positive number of seconds")
+    return float(value)
+
+
+def _quantity(name: str, values: NDArray[Any], steps: int, count: int) -> Array:
+    """The array of a quantity.
+
+    Args:
+        name: of the quantity.
+        values: in the archive.
+        steps: of the flight.
+        count: number of satellites.
+
+    Raises:
+        ValueError: it has another shape, or holds no real numbers.
+    """
+    quantity = QUANTITIES[name]
+    shape = (steps + quantity.of_states, count, *quantity.shape)
+    # Only thrusters count in every flight; of other equipment that no satellite has there are no rows.
+    rowless = (0, *shape[1:]) if quantity.equipment not in {"", "thruster"} else shape
+    return _numbers(name, values, shape, rowless)
+
+
+def _numbers(name: str, values: NDArray[Any], *shapes: tuple[int, ...]) -> Array:
+    """An array of real numbers of one of some shapes."""
+    if values.dtype.kind not in "biuf":
+        raise ValueError(f"{name} holds {values.dtype.name}, not numbers")
+    if values.shape not in shapes:
+        raise ValueError(f"{name} has shape {values.shape}, not {shapes[0]}")
+    return np.asarray(values, dtype=np.float64)
+
+
+def _navigation(archive: Mapping[str, NDArray[Any]], steps: int, count: int) -> NavigationHistory | None:
     """Readings of sensors and estimates of the formation; None for a flight without sensors."""
     if "readings" not in archive:
         return None
-    readings, mean = (np.asarray(archive[name], dtype=np.float64) for name in ("readings", "navigation_mean"))
-    return NavigationHistory(readings, mean)
+    readings, mean = archive["readings"], archive["navigation_mean"]
+    return NavigationHistory(
+        _numbers("readings", readings, (steps + 1, count, readings.shape[-1] if readings.ndim else 0)),
+        _numbers("navigation_mean", mean, (steps, count, 6 * count)),
+    )

@@ -75,6 +75,8 @@ def _require_startable(nodes: Iterable[NodeProcess], domain: int, environment: d
     """
     texts = [*environment, *environment.values()]
     for node in nodes:
+        if not isinstance(node.parameters, dict):
+            raise ValueError("parameters have names")
         texts += [node.name, node.executable, node.enclave, node.namespace, *node.parameters]
     if not all(isinstance(text, str) and "\0" not in text for text in texts):
         raise ValueError("names and variables of the environment are texts")

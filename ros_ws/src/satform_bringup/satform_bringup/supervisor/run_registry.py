@@ -11,7 +11,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from satform_bringup.deployment import runtime_folder
@@ -124,9 +124,10 @@ def _name_of(run: RegisteredRun) -> str:
 def _read(name: str) -> RegisteredRun | None:
     try:
         run = RegisteredRun(**json.loads(runtime_folder.read(name) or ""))
-        return run if _name_of(run) == name else None
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, RecursionError):
         return None
+    typed = all(isinstance(getattr(run, entry.name), entry.type) for entry in fields(run))
+    return run if typed and _name_of(run) == name else None
 
 
 def _started(process: int) -> int | None:
