@@ -11,7 +11,7 @@ import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from satform_bringup.deployment import runtime_folder
@@ -126,7 +126,10 @@ def _read(name: str) -> RegisteredRun | None:
         run = RegisteredRun(**json.loads(runtime_folder.read(name) or ""))
     except (ValueError, TypeError, RecursionError):
         return None
-    typed = all(isinstance(getattr(run, entry.name), entry.type) for entry in fields(run))
+    numbers, texts = (run.domain, run.process, run.started), (run.scenario, run.folder)
+    typed = all(isinstance(number, int) for number in numbers) and all(
+        isinstance(text, str) for text in texts
+    )
     return run if typed and _name_of(run) == name else None
 
 
