@@ -113,6 +113,7 @@ class RecorderNode:
         }
         self._last_step = plan.timing.steps
         self._reported = 0
+        self._slowest: tuple[_SteppedTopic, int] | None = None
         self._channels: list[_SteppedTopic] = []
         self._authorised: list[AuthorisedPublishers] = []
         self._last_status: FormationStatus | None = None
@@ -158,6 +159,18 @@ class RecorderNode:
     def ended(self) -> FormationStatus | None:
         """The plant's final status; None while the flight continues."""
         return self.view.ended
+
+    def _may_be_further(self) -> bool:
+        """Whether the topic that was the slowest has had a message since.
+
+        While that topic is behind, this is asked at each message of all others, of which there may be
+        thousands: it does not look at every topic.
+        """
+        if self._slowest is not None and self._slowest[0].latest == self._slowest[1]:
+            return False
+        slowest = min(self._expected(), key=lambda channel: channel.latest)
+        self._slowest = slowest, slowest.latest
+        return True
 
     def _condition(self) -> Condition:
         """Condition of the recorder, for diagnostics."""
@@ -364,10 +377,13 @@ class RecorderNode:
             for authorised in self._authorised:
                 authorised.allow_replacement(name)
         # It may have been a lost satellite whose messages were missing.
+        self._slowest = None
         self._report_progress(max(0, self.recorded_step))
 
     def _report_progress(self, step: int) -> None:
-        if step < self._reported + _REPORT_EVERY and step < self._last_step - 1:
+        if step < self._last_step - 1 and (
+            step < self._reported + _REPORT_EVERY or not self._may_be_further()
+        ):
             return
         reached = self._last_step if self.complete else self.recorded_step
         if reached <= self._reported and not self.complete:
