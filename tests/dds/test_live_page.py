@@ -19,6 +19,7 @@ import pytest
 from browser import Browser, browsing, chromium
 from flights import shortened
 from flown import processes_of
+from formations import formation
 from satform.bag.events import Events, Status
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
@@ -228,6 +229,40 @@ def test_a_stored_flight_is_shown_at_every_time_and_in_both_frames(
     assert np.allclose(browser.value(PLACES), record.position[100], rtol=1e-6)
     with served(stored, server):
         browser.until(f"document.getElementById('trouble').hidden && live.store.rows === {record.steps + 1}")
+
+
+def test_of_many_satellites_three_are_labelled_and_the_one_that_is_followed(
+    browser: Browser, tmp_path: Path
+) -> None:
+    scenario = formation([{"arc_length": 10.0 * index} for index in range(90)], 5.0)
+    record = simulate(scenario)
+    stored = StoredRun(Path("run/bag"), scenario, record, True, {}, Events((), ()))
+    with served(stored) as server:
+        browser.open(server.url, 1280, "light")
+        browser.until(f"live.store.rows === {record.steps + 1}")
+        browser.complaints.clear()  # the page before this one had lost its server
+        browser.value("live.state.scene.look([0, 0, 1])")
+        browser.value("live.state.scene.draw()")
+        assert len(browser.value("live.state.scene.positions()")) == 90
+        labelled = browser.value("live.state.scene.labelled()")
+        assert 0 < len(labelled) <= 3
+        assert 47 not in labelled
+        browser.value("live.state.scene.follow(47)")
+        browser.value("live.state.scene.draw()")
+        assert 47 in browser.value("live.state.scene.labelled()")
+        # All are on one circle, which is drawn once.
+        assert browser.value("live.store.formation.orbits.filter(Boolean).length") == 1
+        assert browser.value("live.state.charts.data().error") == [record.steps + 1] * 4
+        assert browser.complaints == []
+
+
+def test_a_flight_that_is_over_before_its_page_is_there_ends_without_it(
+    start_run: Callable[..., subprocess.Popen[str]],
+) -> None:
+    run = start_run("triangle", "--set", "timing.duration=0.5", "--set", "expect=[]", "--live")
+    _, printed = run.communicate(timeout=100)
+    assert run.returncode == 0, printed
+    assert "the flight was over before its page could be served" in printed
 
 
 def test_the_page_is_used_by_keyboard_and_its_texts_have_contrast(

@@ -283,7 +283,7 @@ def test_the_newest_events_are_shown() -> None:
 
 def test_a_changed_gain_and_a_warning_are_worth_a_line_and_small_talk_is_not() -> None:
     change = ParameterChange(step=9, name="controller.gain", value=[0.2, 0.5])
-    assert sentences(change) == ["step 9: controller.gain = 0.2, 0.5"]
+    assert sentences(change, "sat1") == ["step 9: sat1 controller.gain = 0.2, 0.5"]
     assert sentences(Log(level=30, name="sat1", msg="late")) == ["sat1: late"]
     assert sentences(Log(level=20, name="sat1", msg="hello")) == []
 

@@ -16,7 +16,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from satform_tools.cli import names
 from satform_tools.errors import CommandError
-from satform_tools.live.history import Column, History
+from satform_tools.live.history import Column, History, Recent, rows_for
 from satform_tools.live.server import LOOPBACK, MOST_VIEWERS, LiveServer
 from satform_tools.live.source import Reply
 
@@ -30,8 +30,8 @@ class Straight:
 
     def __init__(self) -> None:
         self.history = History({"position": Column(3)}, most=200)
-        self.events: list[dict[str, Any]] = []
-        self.graphs: list[dict[str, Any]] = []
+        self.events = Recent(10)
+        self.graphs = Recent(10)
         self.step = 0
 
     def formation(self) -> dict[str, Any]:
@@ -140,7 +140,11 @@ def test_a_page_of_another_site_gets_no_connection(headers: dict[str, str]) -> N
 def test_a_viewer_gets_every_row_once_and_in_order() -> None:
     async def test(server: LiveServer) -> None:
         viewer = await connected(server)
-        assert (await answer(viewer, "formation"))["formation"] == {"names": ["sat1"], "control": False}
+        assert (await answer(viewer, "formation"))["formation"] == {
+            "names": ["sat1"],
+            "control": False,
+            "most_rows": 400,
+        }
         times: list[float] = []
         while len(times) < 30:
             message = await answer(viewer, "news")
@@ -251,6 +255,23 @@ def test_a_history_of_any_length_has_a_bounded_number_of_rows_from_the_first_to_
     assert times[-1] > 0.95 * 9999.5
     assert np.diff(times).max() < 4.0 * np.diff(times).mean()
     assert history.packed(times[-1]) is None
+
+
+def test_of_a_list_of_any_length_the_newest_are_kept_and_each_is_given_once() -> None:
+    recent = Recent(3, [{"text": "0"}])
+    assert recent.after(0) == [{"text": "0"}]
+    for number in range(1, 10):
+        recent.append({"text": str(number)})
+    assert recent.count == 10
+    assert [entry["text"] for entry in recent.after(8)] == ["8", "9"]
+    assert [entry["text"] for entry in recent.after(1)] == ["7", "8", "9"]
+    assert recent.after(10) == []
+
+
+def test_the_history_of_a_thousand_satellites_has_as_many_positions_as_that_of_fifty() -> None:
+    assert rows_for(1) == rows_for(3) == 3000
+    assert 1000 * rows_for(1000) <= 50 * rows_for(50)
+    assert rows_for(100_000) >= 2
 
 
 def test_a_row_of_another_width_is_an_error() -> None:

@@ -106,7 +106,7 @@ class FormationMonitor:
             self._queue(Log, "/rosout"),
             self._queue(DiagnosticArray, "/diagnostics"),
             *(
-                self._queue(ParameterChange, observer.full_name(topic_name("parameter_changes", name)))
+                self._queue(ParameterChange, observer.full_name(topic_name("parameter_changes", name)), name)
                 for name in self._satellites
             ),
         ]
@@ -189,9 +189,9 @@ class FormationMonitor:
         )
         return newest
 
-    def _queue(self, kind: Any, topic: str) -> Any:
+    def _queue(self, kind: Any, topic: str, satellite: str = "") -> Any:
         def log(message: Any) -> None:
-            self.events.extend(sentences(message))
+            self.events.extend(sentences(message, satellite))
 
         return self._observer.node.create_subscription(kind, topic, log, best_effort(_RARE))
 
@@ -284,11 +284,11 @@ class FormationMonitor:
         return tuple(links)
 
 
-def sentences(message: Any) -> list[str]:
-    """Lines of a log message, of diagnostics or of a parameter change; none below a warning."""
+def sentences(message: Any, satellite: str = "") -> list[str]:
+    """Lines of a log message, of diagnostics or of a satellite's parameter change; none below a warning."""
     if isinstance(message, ParameterChange):
         value = ", ".join(f"{number:g}" for number in message.value)
-        return [f"step {message.step}: {message.name} = {value}"]
+        return [f"step {message.step}: {satellite} {message.name} = {value}"]
     if isinstance(message, Log):
         return [f"{message.name}: {message.msg}"] if message.level >= _WARNING else []
     return [

@@ -85,16 +85,19 @@ class FormationView:
         }
 
     def _orbits(self) -> list[str | None]:
-        count = len(self.names)
-        if count > _MOST_ORBITS:
-            return [None] * count
+        """The desired orbit of each satellite; of several on the same one only that of the first."""
         found: list[str | None] = []
-        for index in range(count):
+        drawn: set[str] = set()
+        for index in range(len(self.names)):
             spec = self.scenario.satellite(index)
             follows = spec.controller is not None and spec.controller.follows == "reference"
             curve = flight_plan(self.scenario, index).path.curve
-            drawn = follows and float(curve.perimeter) > 0.0
-            found.append(packed(desired_orbit(curve, _ORBIT_POINTS)) if drawn else None)
+            orbit = None
+            if follows and float(curve.perimeter) > 0.0 and len(drawn) < _MOST_ORBITS:
+                orbit = packed(desired_orbit(curve, _ORBIT_POINTS))
+            found.append(None if orbit in drawn else orbit)
+            if orbit is not None:
+                drawn.add(orbit)
         return found
 
     def _boresights(self) -> list[list[float] | None]:

@@ -1,9 +1,10 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""What the live page shows over time: columns of numbers with a bounded number of rows."""
+"""What the live page shows over time: columns of numbers, events; all of a bounded number."""
 
 import base64
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +15,44 @@ from satform.numeric.elementwise import Array
 
 MOST_ROWS = 3000
 """Rows that a history has at most: every second one of the older is then left out."""
+
+_MOST_POSITIONS = 120_000
+_FEWEST_ROWS = 60
+
+
+def rows_for(satellites: int) -> int:
+    """Rows that the history of a formation has at most, so that large formations fit into a browser, too."""
+    return max(_FEWEST_ROWS, min(MOST_ROWS, _MOST_POSITIONS // max(1, satellites)))
+
+
+class Recent:
+    """The newest entries of a list of any length.
+
+    Attributes:
+        count: of all entries so far, those included that are not kept.
+    """
+
+    def __init__(self, most: int, entries: Iterable[dict[str, Any]] = ()) -> None:
+        """Keep entries.
+
+        Args:
+            most: that are kept.
+            entries: the first ones.
+        """
+        self._entries: deque[dict[str, Any]] = deque(maxlen=most)
+        self.count = 0
+        for entry in entries:
+            self.append(entry)
+
+    def append(self, entry: dict[str, Any]) -> None:
+        """Add an entry, in place of the oldest one where there are too many."""
+        self._entries.append(entry)
+        self.count += 1
+
+    def after(self, count: int) -> list[dict[str, Any]]:
+        """The entries that came after the first so many, those that are not kept left out."""
+        new = min(len(self._entries), self.count - count)
+        return list(self._entries)[len(self._entries) - new :]
 
 
 @dataclass(frozen=True)
@@ -34,6 +73,10 @@ class History:
 
     When it is full, every second row is left out, and from then on rows are taken at twice the interval at
     least: a flight of any length has at most `most` rows, evenly spread.
+
+    Attributes:
+        columns: by name.
+        most: rows that it may have.
     """
 
     def __init__(self, columns: Mapping[str, Column], most: int = MOST_ROWS) -> None:
@@ -43,8 +86,8 @@ class History:
             columns: by name; `time` in s is added.
             most: rows that it may have.
         """
+        self.most = most
         self.columns = {"time": Column(1, double=True), **columns}
-        self._most = most
         self._rows: list[dict[str, Array]] = []
         self._interval = 0.0
 
@@ -77,7 +120,7 @@ class History:
                     raise ValueError(f"{name}: found {flat.size} numbers; a row has {column.width}")
                 row[name] = flat
         self._rows.append(row)
-        if len(self._rows) >= self._most:
+        if len(self._rows) >= self.most:
             self._interval = max(2.0 * self._interval, 1.5 * self._mean_interval())
             self._rows = self._rows[::2]
         return True

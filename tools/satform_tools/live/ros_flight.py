@@ -26,10 +26,11 @@ from satform_tools.inspect.observer_node import Observer
 from satform_tools.inspect.service_call import ask
 from satform_tools.inspect.snapshot import Frame
 from satform_tools.live.formation import FormationView
-from satform_tools.live.history import History
+from satform_tools.live.history import History, Recent, rows_for
 from satform_tools.live.stored_flight import ALIVE, LOST, STALE, columns
 
-_MOST_EVENTS = 2000
+_MOST_EVENTS = 500
+_MOST_GRAPHS = 2000
 
 
 class RosFlight:
@@ -56,9 +57,15 @@ class RosFlight:
         self._edges = _present_edges(status) if self._view is None else self._view.edges
         self._edge_index = {edge: index for index, edge in enumerate(self._edges)}
         self._subscribe()
-        self.history = History(columns(len(self._names), len(self._edges)))
-        self.events: list[dict[str, Any]] = []
-        self.graphs: list[dict[str, Any]] = []
+        shown = columns(
+            len(self._names),
+            len(self._edges),
+            attitudes=bool(self._attitudes),
+            losses=bool(self._conditions),
+        )
+        self.history = History(shown, rows_for(len(self._names)))
+        self.events = Recent(_MOST_EVENTS)
+        self.graphs = Recent(_MOST_GRAPHS)
         self._version: int | None = None
         self._spent = np.zeros(len(self._names))
         self.monitor.update()
@@ -99,7 +106,7 @@ class RosFlight:
         self.monitor.update()
         before, self._frame = self._frame, self.monitor.frame()
         self._note_graph()
-        while self.monitor.events and len(self.events) < _MOST_EVENTS:
+        while self.monitor.events:
             self.events.append(
                 {"time": self._frame.time, "kind": "event", "text": self.monitor.events.popleft()}
             )
@@ -137,7 +144,7 @@ class RosFlight:
         self._version = status.version
         self.graphs.append(
             {
-                "time": self._frame.time if len(self.graphs) else 0.0,
+                "time": self._frame.time if self.graphs.count else 0.0,
                 "alive": [bool(alive) for alive in status.alive],
                 "pairs": [list(edge) for edge in _present_edges(status)],
                 "connectivity": float(status.algebraic_connectivity),

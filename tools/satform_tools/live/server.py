@@ -139,7 +139,12 @@ class LiveServer:
             compress_response=True,
             log_function=lambda _handler: None,
         )
-        http = HTTPServer(application, max_header_size=16_384, max_body_size=_LARGEST_REQUEST)
+        http = HTTPServer(
+            application,
+            max_header_size=16_384,
+            max_body_size=_LARGEST_REQUEST,
+            idle_connection_timeout=_PING_PERIOD,
+        )
         http.add_sockets(self._sockets)
         over = asyncio.Event()
         failed: list[BaseException] = []
@@ -182,7 +187,7 @@ class LiveServer:
             if known[key]:
                 self.send(viewer, known[key])
             viewer.sent_until = max(viewer.sent_until, self.source.history.last_time)
-            viewer.events, viewer.graphs = len(self.source.events), len(self.source.graphs)
+            viewer.events, viewer.graphs = self.source.events.count, self.source.graphs.count
             viewer.status = status
 
     def _news(self, viewer: _Viewer, status: dict[str, Any]) -> str:
@@ -190,8 +195,8 @@ class LiveServer:
         source = self.source
         found: dict[str, Any] = {
             "rows": source.history.packed(viewer.sent_until),
-            "events": source.events[viewer.events :],
-            "graphs": source.graphs[viewer.graphs :],
+            "events": source.events.after(viewer.events),
+            "graphs": source.graphs.after(viewer.graphs),
             "status": None if viewer.status == status else status,
         }
         news = {name: value for name, value in found.items() if value}
@@ -278,7 +283,12 @@ class LiveSocket(WebSocketHandler):
     def open(self, *_arguments: str, **_keywords: str) -> None:
         """Greet a viewer with what does not change; its rows follow."""
         self._viewer = _Viewer(self)
-        formation = {**self.server.source.formation(), "control": self.server.hands is not None}
+        source = self.server.source
+        formation = {
+            **source.formation(),
+            "control": self.server.hands is not None,
+            "most_rows": 2 * source.history.most,
+        }
         self.server.send(self._viewer, json.dumps({"kind": "formation", "formation": formation}))
         self.server.viewers.add(self._viewer)
 

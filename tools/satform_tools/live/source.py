@@ -4,7 +4,7 @@
 
 from typing import Any, Protocol
 
-from satform_tools.live.history import History
+from satform_tools.live.history import History, Recent
 
 
 class Source(Protocol):
@@ -13,15 +13,15 @@ class Source(Protocol):
     Attributes:
         history: what it shows over time.
         period: wall-clock time between two calls of `update`, s.
-        events: all so far, each with `time` in s, `kind` and `text`.
+        events: so far, each with `time` in s, `kind` and `text`.
         graphs: graph from the start on and after each change, each with `time` in s, `alive`, `pairs` of
             receiver and sender, and `connectivity`.
     """
 
     history: History
     period: float
-    events: list[dict[str, Any]]
-    graphs: list[dict[str, Any]]
+    events: Recent
+    graphs: Recent
 
     def formation(self) -> dict[str, Any]:
         """What does not change during the flight: names, orbits, theory."""

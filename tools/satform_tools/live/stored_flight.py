@@ -13,13 +13,11 @@ from satform.flight.compile import scene_plan
 from satform.numeric.elementwise import Array, Indices
 from satform.plot.time_series import has_arc_length_spread
 from satform_tools.live.formation import FormationView
-from satform_tools.live.history import Column, History
+from satform_tools.live.history import Column, History, Recent, rows_for
 from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.content import status
 from satform_tools.run.stored_run import StoredRun
 
-_MOST_ROWS = 2400
-_MOST_POSITIONS = 60_000
 _LOSS_WINDOW = 60.0
 """Simulated time over which the loss of a link is taken, s."""
 
@@ -27,22 +25,24 @@ ALIVE, LOST, STALE = 1.0, 0.0, 0.5
 """Health of a satellite as a number of the page."""
 
 
-def columns(count: int, edges: int) -> dict[str, Column]:
+def columns(count: int, edges: int, *, attitudes: bool, losses: bool) -> dict[str, Column]:
     """What the live page shows over time.
 
     Args:
         count: of satellites.
         edges: that the page can draw.
+        attitudes: whether there are satellites with attitude.
+        losses: whether links lose messages.
     """
     return {
         "position": Column(3 * count),
-        "attitude": Column(4 * count),
+        **({"attitude": Column(4 * count)} if attitudes else {}),
+        **({"loss": Column(edges)} if losses else {}),
         "error": Column(count),
         "control": Column(count),
         "delta_v": Column(count),
         "health": Column(count),
         "age": Column(edges),
-        "loss": Column(edges),
         "spread": Column(1),
         "connectivity": Column(1),
         "chief": Column(6, double=True),
@@ -59,10 +59,10 @@ class StoredFlight:
         self._view = FormationView(stored.scenario)
         self._verdicts = stored.verdicts()
         self._spreads = has_arc_length_spread(stored.scenario, stored.record)
-        self.events: list[dict[str, Any]] = [
+        events = [
             {"time": entry.time, "kind": entry.kind, "text": entry.text} for entry in flight_events(stored)
         ]
-        self.graphs: list[dict[str, Any]] = [
+        self._states: list[dict[str, Any]] = [
             {
                 "time": state.time,
                 "alive": [bool(alive) for alive in state.alive],
@@ -71,6 +71,7 @@ class StoredFlight:
             }
             for state in graph_states(stored)
         ]
+        self.events, self.graphs = Recent(len(events), events), Recent(len(self._states), self._states)
         self.history = self._history()
 
     def formation(self) -> dict[str, Any]:
@@ -102,10 +103,9 @@ class StoredFlight:
     def _history(self) -> History:
         record = self._stored.record
         count, edges = len(record.satellites), self._view.edges
-        wanted = max(60, min(_MOST_ROWS, _MOST_POSITIONS // count))
-        rows = np.unique(np.linspace(0, record.steps, min(wanted, record.steps + 1)).round().astype(np.int64))
+        shown = min(rows_for(count) - 1, record.steps + 1)
+        rows = np.unique(np.linspace(0, record.steps, shown).round().astype(np.int64))
         steps = np.minimum(rows, record.steps - 1)
-        found = History(columns(count, len(edges)), most=len(rows) + 1)
         spread = arc_length_spread(record)[rows] if self._spreads else None
         age, loss = self._links(steps)
         values: dict[str, Array | None] = {
@@ -122,6 +122,8 @@ class StoredFlight:
             "chief": self._view.chief(record.time[rows]),
         }
         known = {name: array for name, array in values.items() if array is not None}
+        kept = columns(count, len(edges), attitudes="attitude" in known, losses="loss" in known)
+        found = History(kept, most=len(rows) + 1)
         for row, time in enumerate(record.time[rows].tolist()):
             found.append(time, {name: array[row] for name, array in known.items()})
         return found
@@ -138,13 +140,13 @@ class StoredFlight:
 
     def _health(self, times: Array) -> Array:
         found: Array = np.full((len(times), len(self._view.names)), ALIVE)
-        for state in self.graphs:
+        for state in self._states:
             found[times >= state["time"]] = np.where(state["alive"], ALIVE, LOST)
         return found
 
     def _connectivity(self, times: Array) -> Array:
         found = np.zeros(len(times))
-        for state in self.graphs:
+        for state in self._states:
             found[times >= state["time"]] = state["connectivity"]
         return found
 

@@ -3,7 +3,9 @@
 """Serves the live page of a flight under way, in a process of its own."""
 
 import os
+import signal
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 
@@ -29,13 +31,16 @@ _POLLING = 0.1
 _NICENESS = 10
 
 
-def watch(observer: Observer, binding: Binding, *, control: bool) -> int:
+def watch(
+    observer: Observer, binding: Binding, *, control: bool, found: threading.Event | None = None
+) -> int:
     """Serve the page of a flight until it is over and no page is open any more, or Ctrl-C.
 
     Args:
         observer: in the formation's domain.
         binding: where to serve it.
         control: whether pages may control the flight.
+        found: set when the flight is known.
 
     Returns:
         Exit code: 0, or 130 after Ctrl-C.
@@ -47,6 +52,8 @@ def watch(observer: Observer, binding: Binding, *, control: bool) -> int:
     os.nice(_NICENESS)
     flight = RosFlight(observer)
     hands = RosHands(observer, flight.monitor) if control else None
+    if found is not None:
+        found.set()
     return command.serve(flight, flight.formation()["title"], binding, finished=_ended(flight), hands=hands)
 
 
@@ -64,42 +71,59 @@ def _ended(flight: RosFlight) -> Callable[[int], bool]:
     return ended
 
 
-def watch_run_of(process: int, namespace: str | None, binding: Binding, *, control: bool) -> int:
+def watch_run_of(
+    process: int, namespace: str | None, binding: Binding, found: threading.Event, *, control: bool
+) -> int:
     """Serve the page of the flight that a process flies, as soon as it is there.
 
     Args:
         process: id of the process that starts the flight.
         namespace: of the formation.
         binding: where to serve the page.
+        found: set when the flight is known.
         control: whether pages may control the flight.
 
     Raises:
         CommandError: the process starts no flight in time.
     """
     end = time.monotonic() + _APPEARS
-    while not (found := [run for run in registered_runs() if run.process == process]):
+    while not (runs := [run for run in registered_runs() if run.process == process]):
         if time.monotonic() > end:
             raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
         time.sleep(_POLLING)  # between two looks at the registry of runs
-    with observer_node.observe(found[0].domain, _APPEARS, namespace) as observer:
-        return watch(observer, binding, control=control)
+    with observer_node.observe(runs[0].domain, _APPEARS, namespace) as observer:
+        return watch(observer, binding, control=control, found=found)
+
+
+def _interrupt_without_flight(found: threading.Event, missed: threading.Event) -> None:
+    """Interrupt this process if the other one closes its pipe, as it does after its flight, too early."""
+    sys.stdin.buffer.read()
+    if not found.is_set():
+        missed.set()
+        os.kill(os.getpid(), signal.SIGINT)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Serve the page of the flight of another process; what `satform run --live` starts beside itself.
 
+    That process holds a pipe to the standard input of this one until its flight is over.
+
     Args:
         arguments: id of that process, namespace, address, port, and `control` or `look`.
     """
     process, namespace, address, port, hands = arguments
+    found, missed = threading.Event(), threading.Event()
     try:
         with interrupting():
+            threading.Thread(target=_interrupt_without_flight, args=(found, missed), daemon=True).start()
             binding = Binding(address, int(port))
-            return watch_run_of(int(process), namespace, binding, control=hands == "control")
+            return watch_run_of(int(process), namespace, binding, found, control=hands == "control")
     except CommandError as error:
         console.error(str(error))
         return EXIT_BAD_INPUT
     except KeyboardInterrupt:
+        if missed.is_set():
+            console.note("the flight was over before its page could be served; satform view RUN shows it")
         return EXIT_STOPPED
 
 

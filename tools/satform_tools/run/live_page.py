@@ -64,9 +64,14 @@ def beside(page: LivePage | None, namespace: str) -> Iterator[Served]:
         return
     words = (os.getpid(), namespace, page.address, page.port, "control" if page.control else "look")
     command = [sys.executable, "-m", "satform_tools.live.watched", *map(str, words)]
-    served = Served(subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=sys.stderr))
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=sys.stderr)
+    served = Served(process)
     try:
         yield served
     except BaseException:
         served.end()
         raise
+    finally:
+        # The process that serves takes this for the end of the flight, if it has not found it by then.
+        if process.stdin is not None:
+            process.stdin.close()

@@ -4,6 +4,7 @@
 
 // Text over the scene: tick marks and axes of the LVLH frame, names of satellites, the pointer's satellite, a measured distance.
 const sceneLabels = (() => {
+  const FEW_NAMES = 3;
   const AXES = ["radial x", "along-track y", "cross-track z"];
 
   function projector(space) {
@@ -128,16 +129,43 @@ const sceneLabels = (() => {
     const point = space.points[0];
     const at = point && project(point.at);
     if (!at) return;
-    text(space, context, `${space.points.length} satellites`, at[0] + 12, at[1] - 12, { bold: true });
+    const hidden = behindEarth(space, point.at);
+    const words = `${space.points.length} ${space.points.length === 1 ? "satellite" : "satellites"}${hidden ? ", behind the Earth" : ""}`;
+    text(space, context, words, at[0] + 12, at[1] - 12, { bold: true, colour: hidden ? "--soft" : "--ink" });
+  }
+
+  // Whether the line from the eye to a place passes through the Earth.
+  function behindEarth(space, place) {
+    const { globe } = space.layers, { x, y, z } = space.camera.position;
+    const { dot, subtract } = geometry;
+    const centre = [globe.position.x, globe.position.y, globe.position.z], eye = [x, y, z];
+    const along = subtract(place, eye), out = subtract(centre, eye);
+    const part = dot(out, along) / dot(along, along);
+    const nearest = subtract(out, along.map((value) => part * value));
+    return part > 0 && part < 1 && Math.sqrt(dot(nearest, nearest)) < globe.scale.x;
   }
 
   function names(space, context, mostNames) {
-    const crowd = space.points.length > mostNames || (space.frame === "inertial" && space.followed === null);
-    for (const point of space.points) {
-      const wanted = !crowd || point.lost || point.satellite === space.followed;
-      if (!wanted || !Number.isFinite(point.x)) continue;
-      text(space, context, point.lost ? `${point.name}, lost` : point.name, point.x + 11, point.y - 11, { bold: true });
+    const { points } = space, taken = [];
+    space.labelled = [];
+    const far = space.frame === "inertial" && space.followed === null;
+    // Those that are asked for, then lost ones, then the others; of a crowd three, to show which is where.
+    const chosen = (point) => point.satellite === space.followed || space.measured.includes(point.satellite);
+    const rank = (point) => (chosen(point) ? 0 : point.lost ? 1 : 2);
+    const few = points.length > mostNames ? points.filter((_, index) => index % Math.ceil(points.length / FEW_NAMES) === 0) : points;
+    const wanted = new Set([...points.filter((point) => rank(point) < 2), ...(far ? [] : few)]);
+    for (const point of [...wanted].sort((one, other) => rank(one) - rank(other)).slice(0, mostNames)) {
+      const words = point.lost ? `${point.name}, lost` : point.name;
+      const place = { x: point.x + 11, y: point.y - 11, width: context.measureText(words).width };
+      if (!Number.isFinite(point.x) || (rank(point) > 0 && taken.some((other) => overlap(place, other)))) continue;
+      taken.push(place);
+      space.labelled.push(point.satellite);
+      text(space, context, words, place.x, place.y, { bold: true });
     }
+  }
+
+  function overlap(one, other) {
+    return Math.abs(one.y - other.y) < 14 && one.x < other.x + other.width + 4 && other.x < one.x + one.width + 4;
   }
 
   function distance(space, context) {

@@ -6,6 +6,8 @@
 const sceneObjects = (() => {
   const CIRCLE = 0, CROSS = 1, DIAMOND = 2;
   const BODY_PIXELS = 15;
+  const MOST_PATH_POINTS = 40000;
+  const MOST_TRAIL_POINTS = 8000;
   const vertexShader = `
     #include <common>
     #include <logdepthbuf_pars_vertex>
@@ -132,11 +134,12 @@ const sceneObjects = (() => {
   }
 
   function drawPaths(space, flight, world, found) {
+    const stride = Math.max(1, Math.ceil((flight.moments * flight.count) / MOST_PATH_POINTS));
     for (let index = 0; index < flight.count; index++) {
       if (space.hidden.has(index)) continue;
       const own = tint(space, space.colour(index));
       let before = flight.moments ? world(flight.place(0, index)) : null;
-      for (let row = 1; row < flight.moments; row++) {
+      for (let row = stride; row < flight.moments; row += stride) {
         const next = world(flight.place(row, index));
         found.add(before, next, own);
         before = next;
@@ -224,7 +227,10 @@ const sceneObjects = (() => {
 
   function drawTrails(space, flight, shown, worldOf, found, paper) {
     const first = Math.max(0, shown.moment - flight.trail);
-    const rows = [...Array(shown.moment - first + 1).keys()].map((row) => first + row);
+    const stride = Math.max(1, Math.ceil(((shown.moment - first) * flight.count) / MOST_TRAIL_POINTS));
+    const rows = [];
+    // From the newest back, so that a trail ends at its satellite.
+    for (let row = shown.moment; row >= first; row -= stride) rows.unshift(row);
     const worlds = space.frame === "lvlh" ? null : rows.map((row) => worldOf(space, flight, row));
     const fixed = worldOf(space, flight, shown.moment);
     for (let index = 0; index < flight.count; index++) {

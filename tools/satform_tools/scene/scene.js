@@ -34,7 +34,7 @@ const formationScene = (() => {
     const space = {
       three, renderer, overlay, camera, controls, container, colour, style, unit, dark,
       root: new three.Scene(), flights: [], shown: [], hidden: new Set(), frame: "lvlh", followed: null, measured: [],
-      bounds: [[-1, 1], [-1, 1], [-1, 1]], scale: 1, focus: [0, 0, 0], points: [], hover: null, edges: [], sizes: [1, 1], earthAngle: () => 0,
+      bounds: [[-1, 1], [-1, 1], [-1, 1]], scale: 1, focus: [0, 0, 0], points: [], labelled: [], hover: null, edges: [], sizes: [1, 1], earthAngle: () => 0,
       listeners: { pick: () => {}, edge: () => {} },
     };
     space.materials = sceneObjects.materials(space);
@@ -64,6 +64,7 @@ const formationScene = (() => {
     on: (name, listener) => { space.listeners[name] = listener; },
     positions: () => space.points.filter((point) => point.satellite !== null).map(({ flight, satellite, place, symbol }) => ({ flight, satellite, place, symbol })),
     screen: () => space.points.map(({ satellite, x, y }) => ({ satellite, x, y })),
+    labelled: () => space.labelled,
     edges: () => space.edges.map(({ pair, a, b }) => ({ pair, a, b })),
     picture: () => picture(space),
     draw: () => draw(space),

@@ -45,8 +45,12 @@ const liveCharts = (() => {
     box.className = "chart";
     box.id = `chart-${kind.key}`;
     frame.append(heading, box);
-    const words = kind.key === "spread" && charts.store.formation.theory ? "dashed: linear theory"
-      : kind.key === "delta_v" ? charts.store.formation.delta_v_note : "";
+    const { theory, delta_v_note: approximate, names } = charts.store.formation;
+    const words = [
+      !kind.lone && names.length > MOST_LINES ? "largest, median and smallest of all satellites" : "",
+      kind.theory && theory ? "dashed: linear theory" : "",
+      kind.key === "delta_v" ? approximate : "",
+    ].filter(Boolean).join("; ");
     if (words) {
       const note = document.createElement("p");
       note.className = "note";

@@ -9,7 +9,7 @@ const live = (() => {
   const FIGURES_EVERY = 400;
   const store = liveStore.create();
   const state = { scene: null, charts: null, hands: null, socket: null, tries: 0, now: 0, following: true, playing: false, measured: [], dueFigures: 0, grown: 0 };
-  const colour = (index) => page.colour(index, store.formation.names.length);
+  const colour = (index, count = store.formation.names.length) => page.colour(index, count);
 
   // ---- connection
 
@@ -127,7 +127,7 @@ const live = (() => {
       time: (row) => store.time(row),
       place: (row, index) => [...store.values("position", row).subarray(3 * index, 3 * index + 3)],
       orbits: formation.orbits, boresights: formation.boresights,
-      attitude: (row, index) => [...store.values("attitude", row).subarray(4 * index, 4 * index + 4)],
+      attitude: columns.attitude ? (row, index) => [...store.values("attitude", row).subarray(4 * index, 4 * index + 4)] : null,
       chief: (row) => (chiefKnown ? store.values("chief", row) : null),
       chiefOrbit: formation.chiefOrbit,
       get trail() { return Math.max(2, state.row - store.rowAt(store.time(state.row) - Math.max(span, TRAIL * Math.min(period, store.lastTime())))); },
@@ -187,7 +187,8 @@ const live = (() => {
     if (!store.rows || !state.scene) return;
     state.row = store.rowAt(state.now);
     const graph = store.graphAt(state.now);
-    const states = livePanels.health(store, state.row, graph.alive, { colour, follow });
+    const chosen = [state.scene.followed(), ...state.measured].filter((index) => index !== null);
+    const states = livePanels.health(store, state.row, graph.alive, { colour, follow, chosen });
     state.scene.show([{ moment: state.row, alive: states.map((one) => one !== "lost"), links: graph.pairs.map((pair) => link(pair, states)) }]);
     state.hands?.graph((store.graphs.at(-1) || graph).pairs);
     distance();

@@ -8,17 +8,18 @@ const livePanels = (() => {
   const { element } = page;
   const shown = (value) => (Number.isFinite(value) ? (value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(4)))) : "–");
 
-  // One row for each satellite; of very many only those that are lost or stale.
-  function health(store, row, alive, { colour, follow }) {
+  // One row for each satellite; of very many only those that are lost, stale, followed or measured.
+  function health(store, row, alive, { colour, follow, chosen }) {
     const { names } = store.formation;
     const body = element("health").tBodies[0];
     const states = names.map((_, index) => state(store, row, alive, index));
     const crowd = names.length > MOST_SATELLITES;
-    const rows = names.map((_, index) => index).filter((index) => !crowd || states[index] !== "flying").slice(0, MOST_SATELLITES);
+    const rows = names.map((_, index) => index).filter((index) => !crowd || states[index] !== "flying" || chosen.includes(index)).slice(0, MOST_SATELLITES);
     if (body.dataset.rows !== rows.join()) {
       body.replaceChildren(...rows.map((index) => healthRow(names[index], colour(index), () => follow(index))));
       body.dataset.rows = rows.join();
     }
+    element("health").hidden = !rows.length;
     rows.forEach((index, place) => {
       const cells = body.rows[place].cells;
       cells[0].querySelector("i").style.background = colour(index);
@@ -29,7 +30,7 @@ const livePanels = (() => {
       });
     });
     const flying = states.filter((one) => one === "flying").length;
-    element("health-note").textContent = `${flying} of ${names.length} satellites fly${crowd ? "; of so many only lost and stale ones are listed" : ""}.`;
+    element("health-note").textContent = `${flying} of ${names.length} satellites fly${crowd ? "; of so many only those are listed that are lost, stale, followed or measured" : ""}.`;
     return states;
   }
 

@@ -4,9 +4,10 @@
 
 // What the page has received: columns of numbers by time, of a bounded number of rows, events and graphs.
 const liveStore = (() => {
-  const MOST_ROWS = 6000;
   const MOST_EVENTS = 500;
+  const MOST_GRAPHS = 2000;
   const DOUBLE = new Set(["time", "chief"]);
+  const NOTHING = new Float32Array(0);
 
   function unpack(text, name) {
     const raw = atob(text);
@@ -23,7 +24,7 @@ const liveStore = (() => {
       time: (row) => store.columns.time.data[row],
       values: (name, row) => {
         const column = store.columns[name];
-        return column.data.subarray(row * column.width, (row + 1) * column.width);
+        return !column ? NOTHING : column.data.subarray(row * column.width, (row + 1) * column.width);
       },
       lastTime: () => (store.rows ? store.columns.time.data[store.rows - 1] : 0),
       rowAt: (time) => rowAt(store, time),
@@ -43,7 +44,7 @@ const liveStore = (() => {
   function take(store, { rows, events = [], graphs = [], status }) {
     if (rows) append(store, rows);
     store.events = [...store.events, ...events].slice(-MOST_EVENTS);
-    store.graphs.push(...graphs);
+    store.graphs = [...store.graphs, ...graphs].slice(-MOST_GRAPHS);
     if (status) store.status = status;
     store.changes++;
   }
@@ -61,7 +62,7 @@ const liveStore = (() => {
       column.data.set(news, store.rows * width);
     }
     store.rows += count;
-    if (store.rows > MOST_ROWS) thin(store);
+    if (store.rows > store.formation.most_rows) thin(store);
   }
 
   // Every second row but of the newest tenth is left out.
