@@ -22,7 +22,6 @@ from satform.flight.limits import LimitCheck
 from satform.flight.satellite import Satellite
 from satform.flight.satellite_step import Decision
 from satform.numeric.array_trees import arrays_of, filled, numbers_of_arrays, others_of, same_bits
-from satform.numeric.elementwise import Array
 from satform.numeric.recorded_arrays import Recording, elements, paired
 from satform.numeric.recording import NotRecordableError, is_own
 from satform.numeric.straight_line import Program, program
@@ -154,20 +153,7 @@ def results_of(decision: Decision, time: float, announced: Sequence[float]) -> l
         time: of the neighbour message for the next step, s.
         announced: its numbers.
     """
-    return [*np.concatenate(_arrays(decision)).tolist(), time, *announced]
-
-
-def _arrays(decision: Decision) -> list[Array]:
-    reference, motion = decision.reference, decision.motion
-    return [
-        decision.acceleration,
-        reference.position,
-        reference.velocity,
-        reference.acceleration,
-        motion.position - reference.position,
-        motion.velocity - reference.velocity,
-        decision.sliding_variable,
-    ]
+    return [*np.concatenate([decision.acceleration, *decision.tracked()]).tolist(), time, *announced]
 
 
 class _Recorded:
@@ -257,7 +243,7 @@ def _recorded_step(
         announced = encode(message)
         if limits.of_decision(decision, announced):
             raise NotRecordableError("the step is beyond a limit")
-        parts = [*_arrays(decision), message.time, announced]
+        parts = [decision.acceleration, *decision.tracked(), message.time, announced]
         results = [item for values in parts for item in elements(values)]
     after = replace(own.state, step=0)
     if others_of(before) != others_of(after):

@@ -84,6 +84,23 @@ class Decision:
     unsolved_plans: Array | None = None
     attitude: EstimatedAttitude | None = None
 
+    def tracked(self) -> list[Array]:
+        """What a tracking message has beside time, step and plans.
+
+        Returns:
+            Position, velocity and acceleration of the reference, errors of position and velocity, sliding
+            variable, each of shape (..., 3).
+        """
+        reference, motion = self.reference, self.motion
+        return [
+            reference.position,
+            reference.velocity,
+            reference.acceleration,
+            motion.position - reference.position,
+            motion.velocity - reference.velocity,
+            self.sliding_variable,
+        ]
+
 
 @dataclass(frozen=True)
 class NextPhase:

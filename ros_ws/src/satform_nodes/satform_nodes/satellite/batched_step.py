@@ -292,18 +292,7 @@ class BatchedStep:
         if decision.estimate is not None:
             for own, estimate in zip(publishers, numbers_of(decision.estimate).tolist(), strict=True):
                 own.publish_estimate(*now, step, estimate)
-        reference, motion = decision.reference, decision.motion
-        shown = np.concatenate(
-            (
-                reference.position,
-                reference.velocity,
-                reference.acceleration,
-                motion.position - reference.position,
-                motion.velocity - reference.velocity,
-                decision.sliding_variable,
-            ),
-            axis=-1,
-        ).tolist()
+        shown = np.concatenate(decision.tracked(), axis=-1).tolist()
         unsolved = decision.unsolved_plans
         plans = [0] * len(nodes) if unsolved is None else unsolved.astype(np.int64).tolist()
         for own, tracked, count in zip(publishers, shown, plans, strict=True):

@@ -199,7 +199,6 @@ class SatellitePublishers:
 
     def publish_tracking_of(self, seconds: int, nanoseconds: int, step: int, decision: Decision) -> None:
         """Publish reference, tracking error and estimates."""
-        reference, motion = decision.reference, decision.motion
         if decision.estimate is not None:
             self.publish_estimate(seconds, nanoseconds, step, numbers_of(decision.estimate).tolist())
         if decision.attitude is not None:
@@ -207,16 +206,9 @@ class SatellitePublishers:
             self._publishers["attitude_estimate"].publish(
                 _ATTITUDE_ESTIMATE.pack(seconds, nanoseconds, step, *numbers, int(rejected))
             )
-        numbers = (
-            *reference.position.tolist(),
-            *reference.velocity.tolist(),
-            *reference.acceleration.tolist(),
-            *(motion.position - reference.position).tolist(),
-            *(motion.velocity - reference.velocity).tolist(),
-            *decision.sliding_variable.tolist(),
-        )
+        tracked = [number for part in decision.tracked() for number in part.tolist()]
         unsolved = 0 if decision.unsolved_plans is None else int(decision.unsolved_plans)
-        self.publish_tracking_numbers(seconds, nanoseconds, step, numbers, unsolved)
+        self.publish_tracking_numbers(seconds, nanoseconds, step, tracked, unsolved)
 
     def publish_tracking_numbers(
         self, seconds: int, nanoseconds: int, step: int, numbers: Sequence[float], unsolved: int = 0
