@@ -13,14 +13,11 @@ from satform.flight.compile_satellite import flight_plan
 from satform.flight.orbit_states import epoch_of, unperturbed_chief
 from satform.numeric.elementwise import Array
 from satform.orbits.chief import KeplerianChief, earth_angle_at
-from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008
+from satform.orbits.earth import GRAVITATIONAL_PARAMETER_EGM2008, ROTATION_RATE
 from satform.orbits.inertial_motion import unperturbed
 from satform.plot import prediction
 from satform.scenario import Scenario
-from satform_tools.live.history import packed
-
-EARTH_RATE = 7.292115e-5
-"""Rotation of the Earth, rad/s, as in WGS 84."""
+from satform_tools.report.page.document import packed
 
 _ORBIT_POINTS = 180
 _MOST_ORBITS = 64
@@ -78,10 +75,9 @@ class FormationView:
             "chief_orbit": self._chief_orbit(),
             "chief_note": self._chief_note(),
             "earth_angle": 0.0 if epoch is None else earth_angle_at(epoch),
-            "earth_rate": EARTH_RATE,
+            "earth_rate": ROTATION_RATE,
             "agrees": _exchanges_phases(scenario),
             "theory": self._theory(),
-            "consensus": scenario.consensus.announces,
         }
 
     def _orbits(self) -> list[str | None]:

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the live page shows over time: columns of numbers, events; all of a bounded number."""
 
-import base64
 from collections import deque
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from satform.numeric.elementwise import Array
+from satform_tools.report.page.document import packed
 
 MOST_ROWS = 3000
 """Rows that a history has at most: every second one of the older is then left out."""
@@ -149,8 +149,3 @@ class History:
     def _mean_interval(self) -> float:
         first, last = self._rows[0]["time"][0], self._rows[-1]["time"][0]
         return float(last - first) / max(1, len(self._rows) - 1)
-
-
-def packed(values: Array, *, double: bool = False) -> str:
-    """Numbers as base64 of their little-endian bytes, of 32 or 64 bits each."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f8" if double else "<f4").tobytes()).decode()

@@ -82,7 +82,6 @@ class RosFlight:
         return {
             **known,
             "edges": self._edges,
-            "live": True,
             "subtitle": f"{self._frame.title}; positions are the satellites' own estimates",
             "delta_v_note": approximate,
         }
@@ -107,9 +106,7 @@ class RosFlight:
         before, self._frame = self._frame, self.monitor.frame()
         self._note_graph()
         while self.monitor.events:
-            self.events.append(
-                {"time": self._frame.time, "kind": "event", "text": self.monitor.events.popleft()}
-            )
+            self.events.append({"time": self._frame.time, "text": self.monitor.events.popleft()})
         if self._frame.time > self.history.last_time and self.monitor.is_complete():
             self._add_row(max(0.0, self._frame.time - before.time))
 

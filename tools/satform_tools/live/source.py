@@ -13,7 +13,7 @@ class Source(Protocol):
     Attributes:
         history: what it shows over time.
         period: wall-clock time between two calls of `update`, s.
-        events: so far, each with `time` in s, `kind` and `text`.
+        events: so far, each with `time` in s and `text`.
         graphs: graph from the start on and after each change, each with `time` in s, `alive`, `pairs` of
             receiver and sender, and `connectivity`.
     """

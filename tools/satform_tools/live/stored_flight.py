@@ -59,9 +59,7 @@ class StoredFlight:
         self._view = FormationView(stored.scenario)
         self._verdicts = stored.verdicts()
         self._spreads = has_arc_length_spread(stored.scenario, stored.record)
-        events = [
-            {"time": entry.time, "kind": entry.kind, "text": entry.text} for entry in flight_events(stored)
-        ]
+        events = [{"time": entry.time, "text": entry.text} for entry in flight_events(stored)]
         self._states: list[dict[str, Any]] = [
             {
                 "time": state.time,
@@ -76,14 +74,7 @@ class StoredFlight:
 
     def formation(self) -> dict[str, Any]:
         """What does not change during the flight."""
-        duration = self._stored.record.steps * self._stored.record.step
-        return {
-            **self._view.description(),
-            "agrees": self._spreads,
-            "live": False,
-            "duration": duration,
-            "delta_v_note": "",
-        }
+        return {**self._view.description(), "agrees": self._spreads, "delta_v_note": ""}
 
     def status(self) -> dict[str, Any]:
         """The conclusion on the flight, which is over."""

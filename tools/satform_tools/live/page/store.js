@@ -17,7 +17,7 @@ const liveStore = (() => {
   }
 
   function create() {
-    const store = { formation: null, rows: 0, columns: {}, events: [], graphs: [], status: {}, changes: 0 };
+    const store = { formation: null, rows: 0, columns: {}, events: [], graphs: [], status: {} };
     return Object.assign(store, {
       begin: (formation) => begin(store, formation),
       take: (news) => take(store, news),
@@ -46,7 +46,6 @@ const liveStore = (() => {
     store.events = [...store.events, ...events].slice(-MOST_EVENTS);
     store.graphs = [...store.graphs, ...graphs].slice(-MOST_GRAPHS);
     if (status) store.status = status;
-    store.changes++;
   }
 
   function append(store, { count, columns }) {

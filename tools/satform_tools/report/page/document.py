@@ -65,12 +65,12 @@ def rendered(
         page=page,
         style=Markup(_part(PARTS / "report.css")),  # noqa: S704 - our own file
         script=Markup("\n".join(_part(file) for file in shared)),  # noqa: S704 - likewise
-        data=Markup(as_script_data(data)),  # noqa: S704 - escaped
+        data=Markup(_as_script_data(data)),  # noqa: S704 - escaped
         libraries=[Markup(text) for text in (_plotly(), *map(_compressed, libraries))],  # noqa: S704 - base64
     )
 
 
-def as_script_data(data: Any) -> str:
+def _as_script_data(data: Any) -> str:
     """Data as JSON that can stand in a script element.
 
     Args:
@@ -80,9 +80,14 @@ def as_script_data(data: Any) -> str:
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def packed(values: Array | NDArray[np.int64]) -> str:
-    """Numbers with the seven digits that a figure needs, as text."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode()
+def packed(values: Array | NDArray[np.int64], *, double: bool = False) -> str:
+    """Numbers as base64 of their little-endian bytes.
+
+    Args:
+        values: any number of them.
+        double: whether each has 64 bits instead of 32, which are enough for the seven digits of a figure.
+    """
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f8" if double else "<f4").tobytes()).decode()
 
 
 def _part(file: Path) -> str:
