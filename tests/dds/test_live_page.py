@@ -24,8 +24,9 @@ from satform.bag.events import Events, Status
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
 from satform_tools.live.render import page
-from satform_tools.live.server import LOOPBACK, LiveServer
+from satform_tools.live.server import LiveServer
 from satform_tools.live.stored_flight import StoredFlight
+from satform_tools.run.page_options import PageOptions
 from satform_tools.run.stored_run import StoredRun
 
 NO_BROWSER = "THE LIVE PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)"
@@ -162,7 +163,8 @@ def stored() -> StoredRun:
 @contextmanager
 def served(stored: StoredRun, like: LiveServer | None = None) -> Iterator[LiveServer]:
     """A server of a stored flight in a thread; with the address of another one that has ended."""
-    server = LiveServer(StoredFlight(stored), page("flight"), None, LOOPBACK, like.port if like else 0)
+    options = PageOptions(port=like.port if like else 0)
+    server = LiveServer(StoredFlight(stored), page("flight"), None, options)
     server.source.period = 0.05
     server.token = like.token if like else server.token
     over = threading.Event()

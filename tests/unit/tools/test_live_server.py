@@ -17,8 +17,9 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 from satform_tools.cli import names
 from satform_tools.errors import CommandError
 from satform_tools.live.history import Column, History, Recent, rows_for
-from satform_tools.live.server import LOOPBACK, MOST_VIEWERS, LiveServer
+from satform_tools.live.server import MOST_VIEWERS, LiveServer
 from satform_tools.live.source import Reply
+from satform_tools.run.page_options import LOOPBACK, PageOptions
 
 TIMEOUT = 30.0
 
@@ -67,7 +68,7 @@ def served(test: Callable[[LiveServer], Coroutine[Any, Any, None]], hands: Noted
     """Run a test beside a server."""
 
     async def both() -> None:
-        server = LiveServer(Straight(), lambda nonce: f"<p>{nonce}</p>", hands, LOOPBACK, 0)
+        server = LiveServer(Straight(), lambda nonce: f"<p>{nonce}</p>", hands, PageOptions())
         done = asyncio.Event()
         serving = asyncio.ensure_future(server.serve(lambda _viewers: done.is_set()))
         try:
@@ -236,7 +237,7 @@ def test_the_number_of_viewers_is_bounded() -> None:
 def test_a_taken_port_is_one_sentence() -> None:
     async def test(server: LiveServer) -> None:
         with pytest.raises(CommandError, match=f"cannot be served on 127.0.0.1:{server.port}"):
-            LiveServer(Straight(), str, None, LOOPBACK, server.port)
+            LiveServer(Straight(), str, None, PageOptions(port=server.port))
 
     served(test)
 

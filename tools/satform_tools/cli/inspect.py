@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
-from satform_tools.cli.shared_options import LOOPBACK, Bind, Control, Json, Port
+from satform_tools.cli.shared_options import Bind, Control, Json, Port, page_options
 from satform_tools.errors import CommandError
+from satform_tools.run.page_options import LOOPBACK
 
 if TYPE_CHECKING:
     from satform_tools.inspect.observer_node import Observer
@@ -326,15 +327,13 @@ def watch(
     as_json: bool,
 ) -> int:
     """Show the state of a running formation until its flight ends, or Ctrl-C."""
-    if browser:
+    page = page_options("--browser", given=browser, control=control, port=port, bind=bind)
+    if page is not None:
         if once or as_json:
             raise CommandError("--browser excludes --once and --json, which are for text")
-        from satform_tools.cli import names
-        from satform_tools.live import command, watched
+        from satform_tools.live import watched
 
-        return watched.watch(observer, command.Binding(names.address(bind), port), control=control)
-    if control or port or bind != LOOPBACK:
-        raise CommandError("--control, --port and --bind need --browser")
+        return watched.watch(observer, page)
     from satform_tools.inspect import watch as watch_command
 
     return watch_command.watch(observer, once=once, as_json=as_json)

@@ -11,8 +11,19 @@ from typing import Annotated
 import typer
 
 from satform_tools import console
-from satform_tools.cli.shared_options import LOOPBACK, Bind, Changes, Control, Json, Junit, Port, Quiet, Run
+from satform_tools.cli.shared_options import (
+    Bind,
+    Changes,
+    Control,
+    Json,
+    Junit,
+    Port,
+    Quiet,
+    Run,
+    page_options,
+)
 from satform_tools.errors import CommandError
+from satform_tools.run.page_options import LOOPBACK
 
 EPILOG = (
     "Exit codes: 0 done, 1 an expectation was missed, 2 bad input, 3 a process was lost, "
@@ -148,8 +159,7 @@ def run(
             f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
-    if not live and (control or port or bind != LOOPBACK):
-        raise CommandError("--control, --port and --bind need --live")
+    page = page_options("--live", given=live, control=control, port=port, bind=bind)
     from satform_tools.report import junit as junit_file
 
     with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
@@ -183,7 +193,6 @@ def run(
             quiet=quiet,
             live=live,
         )
-        page = live_page.LivePage(names.address(bind), port, control) if live else None
         with live_page.beside(page, options.namespace) as served:
             result = run_command.run(flown, mode.value, record=record, out=out, options=options)
     flight_junit.write(result, junit)

@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 
 from satform_tools import output_streams
-from satform_tools.cli.shared_options import LOOPBACK, Bind, Changes, Json, Port, Run, ScenarioArgument
+from satform_tools.cli.shared_options import Bind, Changes, Json, Port, Run, ScenarioArgument
 from satform_tools.errors import CommandError
 from satform_tools.report.formats import CheckFormat, FlightFormat
+from satform_tools.run.page_options import LOOPBACK, PageOptions
 from satform_tools.templates.kinds import PartKind
 
 
@@ -170,7 +171,7 @@ def view(run: Run, port: Port = 0, bind: Bind = LOOPBACK) -> None:
     from satform_tools.cli import names
     from satform_tools.live import command as live
 
-    raise typer.Exit(live.view(run, live.Binding(names.address(bind), port)))
+    raise typer.Exit(live.view(run, PageOptions(names.address(bind), port)))
 
 
 def report(

@@ -7,6 +7,9 @@ from typing import Annotated
 
 import typer
 
+from satform_tools.errors import CommandError
+from satform_tools.run.page_options import LOOPBACK, PageOptions
+
 ScenarioArgument = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a scenario in scenarios/, or path of a YAML file.")
 ]
@@ -27,9 +30,6 @@ Quiet = Annotated[
     ),
 ]
 
-LOOPBACK = "127.0.0.1"
-"""Address of this machine that no other one can reach."""
-
 Port = Annotated[
     int, typer.Option(min=0, max=65535, metavar="N", help="Port of the page; 0 for any that is free.")
 ]
@@ -48,3 +48,23 @@ Control = Annotated[
         help="Let the page pause, step, resume and stop the flight, and change its parameters and its graph.",
     ),
 ]
+
+
+def page_options(flag: str, *, given: bool, control: bool, port: int, bind: str) -> PageOptions | None:
+    """How a command serves the live page; None if it serves none.
+
+    Args:
+        flag: option by which the command serves the page.
+        given: whether it was given.
+        control: value of `Control`.
+        port: value of `Port`.
+        bind: value of `Bind`.
+
+    Raises:
+        CommandError: an option of the page was given without the flag, or the address is none.
+    """
+    if not given and (control or port or bind != LOOPBACK):
+        raise CommandError(f"--control, --port and --bind need {flag}")
+    from satform_tools.cli import names  # noqa: PLC0415 - imported when needed, as by all commands
+
+    return PageOptions(names.address(bind), port, control) if given else None

@@ -5,37 +5,24 @@
 import asyncio
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_STOPPED
 from satform_tools import console
 from satform_tools.live.render import page
-from satform_tools.live.server import LOOPBACK, LiveServer
+from satform_tools.live.server import LiveServer
 from satform_tools.live.source import Hands, Source
 from satform_tools.live.stored_flight import StoredFlight
 from satform_tools.run import stored_run
+from satform_tools.run.page_options import PageOptions
 
 
-@dataclass(frozen=True)
-class Binding:
-    """Where a page is served.
-
-    Attributes:
-        address: IP address of this machine.
-        port: 0 for any that is free.
-    """
-
-    address: str = LOOPBACK
-    port: int = 0
-
-
-def view(run: Path, binding: Binding) -> int:
+def view(run: Path, options: PageOptions) -> int:
     """Serve the page of a stored flight until Ctrl-C.
 
     Args:
         run: folder of a run, folder of a bag, or `.mcap` file.
-        binding: where to serve it.
+        options: how to serve it.
 
     Returns:
         Exit code.
@@ -44,13 +31,13 @@ def view(run: Path, binding: Binding) -> int:
         CommandError: there is no such flight, or the port cannot be bound.
     """
     stored = stored_run.find(run)
-    return serve(StoredFlight(stored), stored.scenario.title, binding, finished=lambda _viewers: False)
+    return serve(StoredFlight(stored), stored.scenario.title, options, finished=lambda _viewers: False)
 
 
 def serve(
     source: Source,
     title: str,
-    binding: Binding,
+    options: PageOptions,
     *,
     finished: Callable[[int], bool],
     hands: Hands | None = None,
@@ -60,7 +47,7 @@ def serve(
     Args:
         source: the flight.
         title: of the page until the flight is known.
-        binding: where to serve it.
+        options: how to serve it.
         finished: whether to end; asked at each update with the number of viewers.
         hands: what viewers may do; None for viewers who look only.
 
@@ -70,7 +57,7 @@ def serve(
     Raises:
         CommandError: the port cannot be bound.
     """
-    server = LiveServer(source, page(title), hands, binding.address, binding.port)
+    server = LiveServer(source, page(title), hands, options)
     console.line(server.url)
     sys.stdout.flush()
     try:

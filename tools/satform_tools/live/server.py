@@ -29,8 +29,8 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.live.source import Hands, Source
+from satform_tools.run.page_options import LOOPBACK, PageOptions
 
-LOOPBACK = "127.0.0.1"
 MOST_VIEWERS = 16
 _LARGEST_REQUEST = 4096
 """Bytes of a message from a page."""
@@ -93,7 +93,7 @@ class LiveServer:
     """
 
     def __init__(
-        self, source: Source, page: Callable[[str], str], hands: Hands | None, address: str, port: int
+        self, source: Source, page: Callable[[str], str], hands: Hands | None, options: PageOptions
     ) -> None:
         """Bind a port.
 
@@ -101,8 +101,7 @@ class LiveServer:
             source: what is shown.
             page: the page's text for a nonce of its scripts and styles.
             hands: what viewers may do; None for viewers who look only.
-            address: IP address of this machine to bind.
-            port: to bind; 0 for any that is free.
+            options: address and port to bind.
 
         Raises:
             CommandError: the port cannot be bound.
@@ -110,11 +109,12 @@ class LiveServer:
         self.source, self.page, self.hands = source, page, hands
         self.token = secrets.token_urlsafe(24)
         self.viewers: set[_Viewer] = set()
+        address = options.address
         try:
-            self._sockets = bind_sockets(port, address, reuse_port=False)
+            self._sockets = bind_sockets(options.port, address, reuse_port=False)
         except OSError as error:
             raise CommandError(
-                f"the page cannot be served on {address}:{port}: {sentence_of(error)}"
+                f"the page cannot be served on {address}:{options.port}: {sentence_of(error)}"
             ) from None
         self._host = f"[{address}]" if ":" in address else address
         self.port = int(self._sockets[0].getsockname()[1])

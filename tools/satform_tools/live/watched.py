@@ -17,9 +17,9 @@ from satform_tools.errors import CommandError
 from satform_tools.inspect import observer_node
 from satform_tools.inspect.observer_node import Observer
 from satform_tools.live import command
-from satform_tools.live.command import Binding
 from satform_tools.live.ros_flight import RosFlight
 from satform_tools.live.ros_hands import RosHands
+from satform_tools.run.page_options import PageOptions
 
 _LINGERS = 5.0
 """Wall-clock time after the end of a flight for which a page may still be opened, s."""
@@ -31,15 +31,12 @@ _POLLING = 0.1
 _NICENESS = 10
 
 
-def watch(
-    observer: Observer, binding: Binding, *, control: bool, found: threading.Event | None = None
-) -> int:
+def watch(observer: Observer, options: PageOptions, found: threading.Event | None = None) -> int:
     """Serve the page of a flight until it is over and no page is open any more, or Ctrl-C.
 
     Args:
         observer: in the formation's domain.
-        binding: where to serve it.
-        control: whether pages may control the flight.
+        options: how to serve it.
         found: set when the flight is known.
 
     Returns:
@@ -51,10 +48,10 @@ def watch(
     # The flight has the processor first.
     os.nice(_NICENESS)
     flight = RosFlight(observer)
-    hands = RosHands(observer, flight.monitor) if control else None
+    hands = RosHands(observer, flight.monitor) if options.control else None
     if found is not None:
         found.set()
-    return command.serve(flight, flight.formation()["title"], binding, finished=_ended(flight), hands=hands)
+    return command.serve(flight, flight.formation()["title"], options, finished=_ended(flight), hands=hands)
 
 
 def _ended(flight: RosFlight) -> Callable[[int], bool]:
@@ -71,17 +68,14 @@ def _ended(flight: RosFlight) -> Callable[[int], bool]:
     return ended
 
 
-def watch_run_of(
-    process: int, namespace: str | None, binding: Binding, found: threading.Event, *, control: bool
-) -> int:
+def watch_run_of(process: int, namespace: str | None, options: PageOptions, found: threading.Event) -> int:
     """Serve the page of the flight that a process flies, as soon as it is there.
 
     Args:
         process: id of the process that starts the flight.
         namespace: of the formation.
-        binding: where to serve the page.
+        options: how to serve the page.
         found: set when the flight is known.
-        control: whether pages may control the flight.
 
     Raises:
         CommandError: the process starts no flight in time.
@@ -92,7 +86,7 @@ def watch_run_of(
             raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
         time.sleep(_POLLING)  # between two looks at the registry of runs
     with observer_node.observe(runs[0].domain, _APPEARS, namespace) as observer:
-        return watch(observer, binding, control=control, found=found)
+        return watch(observer, options, found)
 
 
 def _interrupt_without_flight(found: threading.Event, missed: threading.Event) -> None:
@@ -116,8 +110,8 @@ def main(arguments: Sequence[str]) -> int:
     try:
         with interrupting():
             threading.Thread(target=_interrupt_without_flight, args=(found, missed), daemon=True).start()
-            binding = Binding(address, int(port))
-            return watch_run_of(int(process), namespace, binding, found, control=hands == "control")
+            options = PageOptions(address, int(port), hands == "control")
+            return watch_run_of(int(process), namespace, options, found)
     except CommandError as error:
         console.error(str(error))
         return EXIT_BAD_INPUT

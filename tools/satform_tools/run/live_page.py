@@ -7,22 +7,8 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 
-
-@dataclass(frozen=True)
-class LivePage:
-    """Where and how the page is served.
-
-    Attributes:
-        address: IP address of this machine.
-        port: 0 for any that is free.
-        control: whether pages may control the flight.
-    """
-
-    address: str
-    port: int
-    control: bool
+from satform_tools.run.page_options import PageOptions
 
 
 class Served:
@@ -47,7 +33,7 @@ class Served:
 
 
 @contextmanager
-def beside(page: LivePage | None, namespace: str) -> Iterator[Served]:
+def beside(page: PageOptions | None, namespace: str) -> Iterator[Served]:
     """Serve the page of the flight that this process flies within the block.
 
     The address is printed to standard error. If the block raises, the page ends with it.
