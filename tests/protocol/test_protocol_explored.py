@@ -8,6 +8,7 @@ import pytest
 from protocol_explorer import Explorer, Outcome
 from protocol_processes import PlantProcess
 from protocol_search import CompiledExplorer
+from protocol_transitions import State
 
 from formations import formation
 from satform.scenario import Scenario
@@ -96,13 +97,22 @@ def test_random_flights_of_four_satellites_with_three_disturbances_break_no_inva
     assert_nothing_found(CompiledExplorer(flight(4, 4), budget=3).walk(seed=1, walks=walks))
 
 
+def flown_on(explorer: Explorer, state: State) -> PlantProcess:
+    """The plant at the end of a flight that goes on by the first of the possible actions."""
+    while not explorer.over(state):
+        state = explorer.after(state, explorer.actions(state)[0])
+    (plant,) = explorer.ended_in([state])
+    return plant
+
+
+STARTED = ("deliver status sat1", "deliver status sat2", "deliver state sat1", "deliver state sat2")
+"""Two satellites have the state of the first step."""
+
+ANNOUNCED = (*STARTED, "deliver announcement sat1 to sat2", "deliver announcement sat2 to sat1")
+"""Both have acted in it."""
+
 LOST_BEFORE_ITS_FIRST_STATE = (
-    "deliver status sat1",
-    "deliver status sat2",
-    "deliver state sat1",
-    "deliver state sat2",
-    "deliver announcement sat1 to sat2",
-    "deliver announcement sat2 to sat1",
+    *ANNOUNCED,
     "deliver command sat1",
     "kill sat1 (left: 0 of announcement sat1 to sat2)",
     "deliver lost",
@@ -131,12 +141,7 @@ def test_a_satellite_that_is_lost_again_before_its_first_state_offers_itself_aga
 
 
 REPORTED_LATE = (
-    "deliver status sat1",
-    "deliver status sat2",
-    "deliver state sat1",
-    "deliver state sat2",
-    "deliver announcement sat1 to sat2",
-    "deliver announcement sat2 to sat1",
+    *ANNOUNCED,
     "deliver announcement sat1 to sat2",
     "deliver announcement sat2 to sat1",
     "deliver command sat1",
@@ -153,17 +158,12 @@ def test_the_end_of_a_process_that_is_read_late_does_not_count_against_the_next_
     explorer = Explorer(flight(2, 4), budget=1)
     state = explorer.follow((*REPORTED_LATE, "deliver ready sat1"))
     assert "deliver lost" not in {explorer.described(action) for action in explorer.actions(state)}
-    while not explorer.over(state):
-        state = explorer.after(state, explorer.actions(state)[0])
-    (plant,) = explorer.ended_in([state])
+    plant = flown_on(explorer, state)
     assert plant.membership.formation.alive.tolist() == [True, True]
 
 
 READY_BEFORE_THE_LOSS = (
-    "deliver status sat1",
-    "deliver status sat2",
-    "deliver state sat1",
-    "deliver state sat2",
+    *STARTED,
     "deliver announcement sat2 to sat1",
     "deliver announcement sat1 to sat2",
     "deliver command sat1",
@@ -178,20 +178,13 @@ READY_BEFORE_THE_LOSS = (
 def test_a_satellite_that_was_ready_before_its_loss_took_effect_rejoins() -> None:
     explorer = Explorer(flight(2, 4), budget=1)
     state = explorer.follow(READY_BEFORE_THE_LOSS)
-    while not explorer.over(state):
-        state = explorer.after(state, explorer.actions(state)[0])
-    (plant,) = explorer.ended_in([state])
+    plant = flown_on(explorer, state)
     assert plant.membership.formation.alive.tolist() == [True, True]
     assert plant.membership.formation.rejoined_at == {0: 2}
 
 
 LOST_TWICE_WITH_AN_UNFLOWN_CHECKPOINT = (
-    "deliver status sat1",
-    "deliver status sat2",
-    "deliver state sat1",
-    "deliver state sat2",
-    "deliver announcement sat1 to sat2",
-    "deliver announcement sat2 to sat1",
+    *ANNOUNCED,
     "deliver announcement sat1 to sat2",
     "deliver command sat1",
     "deliver command sat2",
@@ -223,5 +216,4 @@ counted then."""
 def test_a_checkpoint_of_before_the_return_that_was_not_flown_does_not_count_after_a_second_loss() -> None:
     explorer = Explorer(flight(2, 4), budget=2)
     state = explorer.follow(LOST_TWICE_WITH_AN_UNFLOWN_CHECKPOINT)
-    while not explorer.over(state):
-        state = explorer.after(state, explorer.actions(state)[0])
+    flown_on(explorer, state)
