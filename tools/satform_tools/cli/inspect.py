@@ -327,7 +327,7 @@ def watch(
     as_json: bool,
 ) -> int:
     """Show the state of a running formation until its flight ends, or Ctrl-C."""
-    page = page_options("--browser", given=browser, control=control, port=port, bind=bind)
+    page = page_options("--browser", enabled=browser, control=control, port=port, bind=bind)
     if page is not None:
         if once or as_json:
             raise CommandError("--browser excludes --once and --json, which are for text")

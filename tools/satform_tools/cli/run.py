@@ -159,7 +159,7 @@ def run(
             f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
-    page = page_options("--live", given=live, control=control, port=port, bind=bind)
+    page = page_options("--live", enabled=live, control=control, port=port, bind=bind)
     from satform_tools.report import junit as junit_file
 
     with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):

@@ -50,21 +50,21 @@ Control = Annotated[
 ]
 
 
-def page_options(flag: str, *, given: bool, control: bool, port: int, bind: str) -> PageOptions | None:
+def page_options(flag: str, *, enabled: bool, control: bool, port: int, bind: str) -> PageOptions | None:
     """How a command serves the live page; None if it serves none.
 
     Args:
         flag: option by which the command serves the page.
-        given: whether it was given.
+        enabled: whether it was used.
         control: value of `Control`.
         port: value of `Port`.
         bind: value of `Bind`.
 
     Raises:
-        CommandError: an option of the page was given without the flag, or the address is none.
+        CommandError: an option of the page was used without the flag, or the address is none.
     """
-    if not given and (control or port or bind != LOOPBACK):
+    if not enabled and (control or port or bind != LOOPBACK):
         raise CommandError(f"--control, --port and --bind need {flag}")
     from satform_tools.cli import names  # noqa: PLC0415 - imported when needed, as by all commands
 
-    return PageOptions(names.address(bind), port, control) if given else None
+    return PageOptions(names.address(bind), port, control) if enabled else None

@@ -3,7 +3,7 @@
 // Python module satform_transport.hot_path: what the nodes of satform do at every message of a step.
 //
 // Plain C against the headers of Python and rcl: both are needed for the messages of this workspace anyway, and two
-// types with six methods need no generator of bindings.
+// types with seven methods need no generator of bindings.
 
 #include "hot_path.h"
 
