@@ -91,7 +91,8 @@ def watch_run_of(process: int, namespace: str | None, options: PageOptions, foun
 
 def _interrupt_without_flight(found: threading.Event, missed: threading.Event) -> None:
     """Interrupt this process if the other one closes its pipe, as it does after its flight, too early."""
-    sys.stdin.buffer.read()
+    # Not by `sys.stdin`: Python aborts on its way out if a thread waits in it.
+    os.read(sys.stdin.fileno(), 1)
     if not found.is_set():
         missed.set()
         os.kill(os.getpid(), signal.SIGINT)
