@@ -43,7 +43,7 @@ const scenePointer = (() => {
       const before = [space.hover, space.hoveredEdge];
       space.hover = nearest(space, ...at);
       space.hoveredEdge = space.hover ? null : nearestEdge(space, ...at);
-      canvas.style.cursor = space.hover || (space.hoveredEdge && space.edgesClickable) ? "pointer" : "grab";
+      canvas.style.cursor = space.hover || (space.hoveredEdge && space.listeners.edge) ? "pointer" : "grab";
       if (before[0] !== space.hover || before[1] !== space.hoveredEdge) request(space);
     });
     canvas.addEventListener("pointerleave", () => { space.hover = space.hoveredEdge = null; request(space); });
@@ -52,7 +52,7 @@ const scenePointer = (() => {
       if (pressed && Math.hypot(at[0] - pressed[0], at[1] - pressed[1]) > 4) return;
       const point = nearest(space, ...at), edge = point ? null : nearestEdge(space, ...at);
       if (point) space.listeners.pick(point.satellite, event);
-      else if (edge) space.listeners.edge(edge.pair);
+      else if (edge && space.listeners.edge) space.listeners.edge(edge.pair);
     });
     container.addEventListener("keydown", (event) => {
       const moves = {

@@ -35,7 +35,7 @@ const formationScene = (() => {
       three, renderer, overlay, camera, controls, container, colour, style, unit, dark,
       root: new three.Scene(), flights: [], shown: [], hidden: new Set(), frame: "lvlh", followed: null, measured: [],
       bounds: [[-1, 1], [-1, 1], [-1, 1]], scale: 1, focus: [0, 0, 0], points: [], labelled: [], hover: null, edges: [], sizes: [1, 1], earthAngle: () => 0,
-      listeners: { pick: () => {}, edge: () => {} },
+      listeners: { pick: () => {}, edge: null },
     };
     space.materials = sceneObjects.materials(space);
     space.layers = sceneObjects.layers(space);
@@ -65,7 +65,6 @@ const formationScene = (() => {
     positions: () => space.points.filter((point) => point.satellite !== null).map(({ flight, satellite, place, symbol }) => ({ flight, satellite, place, symbol })),
     screen: () => space.points.map(({ satellite, x, y }) => ({ satellite, x, y })),
     labelled: () => space.labelled,
-    edges: () => space.edges.map(({ pair, a, b }) => ({ pair, a, b })),
     picture: () => picture(space),
     draw: () => draw(space),
   });

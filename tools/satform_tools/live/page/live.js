@@ -138,7 +138,7 @@ const live = (() => {
     if (!state.scene) {
       state.scene = formationScene.create(element("scene"), { three: libraries, colour, style, unit: lengthUnit, dark: () => dark.matches });
       state.scene.on("pick", picked);
-      state.scene.on("edge", (pair) => state.hands?.edge(pair, false));
+      if (store.formation.control) state.scene.on("edge", (pair) => state.hands.edge(pair, false));
     }
     state.row = store.rows - 1;
     state.scene.setEarthAngle((time) => store.formation.earth_angle + store.formation.earth_rate * time);
