@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browser import Browser, browsing, chromium
 from flights import shortened
 from flown import processes_of
 from formations import formation
@@ -28,6 +27,7 @@ from satform_tools.live.server import LiveServer
 from satform_tools.live.stored_flight import StoredFlight
 from satform_tools.run.page_options import PageOptions
 from satform_tools.run.stored_run import StoredRun
+from satform_tools.scene.browser import Browser, browsing, chromium
 
 NO_BROWSER = "THE LIVE PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)"
 
@@ -144,6 +144,41 @@ def test_a_flight_is_watched_and_controlled_and_the_bag_has_what_the_page_did(
     assert any(one.phase == "paused" for one in statuses)
     assert next(one.step for one in statuses if not one.adjacency[0][2]) == cut
     assert any(not one.alive[1] for one in statuses)
+
+
+def test_a_killed_browser_and_a_frozen_tab_change_no_bit_of_the_flight(
+    browser: Browser, start_run: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    run = start_run(
+        "triangle", "--set", "timing.duration=100000.0", "--set", "expect=[]", "--live", "--control"
+    )
+    address = address_of(run)
+    browser.open(address, 900, "light")
+    browser.until("live.store.rows > 2")
+    browser.call("Page.setWebLifecycleState", state="frozen")
+    frozen_at = browser.value("live.store.status.step")
+    with browsing(tmp_path / "killed") as killed:
+        killed.open(address, 900, "light")
+        killed_at = killed.until(f"live.store.status.step > {frozen_at} && live.store.status.step")
+        assert browser.value("live.store.status.step") == frozen_at
+        os.kill(killed.process, signal.SIGKILL)
+    # The tab gets what it has missed when it is seen again, and the flight goes on.
+    browser.call("Page.setWebLifecycleState", state="active")
+    browser.call("Emulation.setFocusEmulationEnabled", enabled=True)  # as if its tab were chosen again
+    browser.until(f"live.store.status.step > {killed_at + 100}")
+    times = browser.value("[...live.store.columns.time.data.subarray(0, live.store.rows)]")
+    assert np.all(np.diff(times) > 0.0)
+    click(browser, "#stop")
+    click(browser, "#stop")
+    browser.until("['finished', 'aborted'].includes(document.getElementById('phase').textContent)")
+    browser.call("Page.navigate", url="about:blank")
+    run.communicate(timeout=180)
+
+    bag = read_bag(tmp_path / "run" / "bag")
+    steps = bag.record.steps
+    assert steps > killed_at
+    undisturbed = simulate(shortened("triangle", steps * bag.record.step))
+    assert undisturbed.differences(bag.record) == []
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from browser import Browser, browsing, chromium
 from flights import shortened
 from satform.bag.events import Events, Status
 from satform.flight.simulate import simulate
 from satform_tools.report.comparison import compare
 from satform_tools.report.page.render import page_of, page_of_both
 from satform_tools.run.stored_run import StoredRun
+from satform_tools.scene.browser import Browser, browsing, chromium
 
 NO_BROWSER = "THE REPORT'S PAGE IS NOT TESTED: there is no Chromium here; install it (apt install chromium)"
 
@@ -47,7 +47,7 @@ PLACE = """(() => {
 
 def colourful_pixels(browser: Browser, file: Path) -> int:
     """How many pixels of the scene are of some colour and not grey, as a screen shows it."""
-    browser.picture(file, place=browser.value(PLACE))
+    browser.picture(file, area=browser.value(PLACE))
     pixels = np.asarray(Image.open(file).convert("RGB"), dtype=int)
     return int(np.sum(np.ptp(pixels, axis=-1) > 60))
 

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from arro3.io import read_parquet
 
-from browser import browsing, chromium
 from campaigns import ERROR, HOSTILE, made_campaign, result_columns, some_campaign
 from pages import Shown
 from satform.campaign.folder import CampaignFolder
@@ -22,6 +21,7 @@ from satform_tools.campaign.page.charts import charts
 from satform_tools.campaign.report_statistics import report_statistics
 from satform_tools.campaign.summary import MOST_FAILURES, Summary, summarise
 from satform_tools.cli import main as cli
+from satform_tools.scene.browser import browsing, chromium
 
 
 @pytest.fixture(scope="module")

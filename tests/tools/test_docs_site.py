@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from browser import browsing, chromium
 from satform_tools.docs.api_pages import PACKAGES, described_names
 from satform_tools.docs.build import loaded
+from satform_tools.scene.browser import browsing, chromium
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from browser import browsing, chromium
 from satform.common.physical_constants import SPEED_OF_LIGHT
 from satform.communication.line_matching import Line
 from satform_tools.cli import main as cli
+from satform_tools.scene.browser import browsing, chromium
 
 EXAMPLE = ("plan", "match", "--load", "25-40j", "--z0", "50", "--length", "0.18", "--frequency", "2.2e9")
 WAVELENGTH = SPEED_OF_LIGHT / 2.2e9

@@ -1,6 +1,9 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""A headless Chromium, driven through its DevTools pipe: nothing but the browser itself is needed."""
+"""A headless Chromium, driven through its DevTools pipe: nothing but the browser itself is needed.
+
+It draws the pictures of pages in `docs/`, and the tests use pages with it.
+"""
 
 import base64
 import contextlib
@@ -16,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-PATIENCE = 120.0
+TIMEOUT = 120.0
 """How long anything in the browser may take on a busy machine, s."""
 
 # The pipe's ends are to be file descriptors 3 and 4 of the browser.
@@ -28,15 +31,21 @@ def chromium() -> str | None:
     return next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
+class BrowserError(RuntimeError):
+    """The browser is not there, does not answer in time, or a script in its page fails."""
+
+
 class Browser:
     """One page in a browser.
 
     Attributes:
         complaints: everything that the page wrote to the console as an error, and what it threw.
         requests: every address that it asked for.
+        process: id of the browser's process.
     """
 
-    def __init__(self, reading: int, writing: int) -> None:
+    def __init__(self, reading: int, writing: int, process: int) -> None:
+        self.process = process
         self._reading, self._writing = reading, writing
         self._numbers = itertools.count(1)
         self._buffer = b""
@@ -55,11 +64,12 @@ class Browser:
         if self._session:
             request["sessionId"] = self._session
         os.write(self._writing, json.dumps(request).encode() + b"\0")
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + TIMEOUT
         while True:
             message = self._next(end, method)
             if message.get("id") == number:
-                assert "error" not in message, f"{method}: {message['error']}"
+                if "error" in message:
+                    raise BrowserError(f"{method}: {message['error']}")
                 return message["result"]
             self._note(message)
 
@@ -77,7 +87,7 @@ class Browser:
             || (document.getElementById("trouble") && !document.getElementById("trouble").hidden);
           const timer = setInterval(() => { if (look()) { clearInterval(timer); done(true); } }, 50);
         })"""
-        assert self.value(drawn) is True
+        self.value(drawn)
 
     def resize(self, width: int, height: int = 900) -> None:
         """Give the window another size."""
@@ -97,13 +107,14 @@ class Browser:
     def value(self, expression: str) -> Any:
         """The value of a JavaScript expression, awaited if it is a promise."""
         answer = self.call("Runtime.evaluate", expression=expression, awaitPromise=True, returnByValue=True)
-        assert "exceptionDetails" not in answer, answer["exceptionDetails"]
+        if "exceptionDetails" in answer:
+            raise BrowserError(f"{expression}: {answer['exceptionDetails']}")
         return answer["result"].get("value")
 
     def until(self, condition: str) -> Any:
         """Wait until a JavaScript expression is true, and return its value."""
         return self.value(f"""new Promise((done, fail) => {{
-          const end = performance.now() + {1e3 * PATIENCE / 2};
+          const end = performance.now() + {1e3 * TIMEOUT / 2};
           const timer = setInterval(() => {{
             const found = {condition};
             if (!found && performance.now() < end) return;
@@ -113,9 +124,9 @@ class Browser:
           }}, 30);
         }})""")
 
-    def picture(self, file: Path, place: dict[str, float] | None = None) -> None:
-        """Keep a place of the page as a PNG; all of it when none is named."""
-        size = place or self.call("Page.getLayoutMetrics")["cssContentSize"]
+    def picture(self, file: Path, area: dict[str, float] | None = None) -> None:
+        """Keep an area of the page as a PNG; all of it when none is named."""
+        size = area or self.call("Page.getLayoutMetrics")["cssContentSize"]
         clip = {**size, "scale": 1}
         found = self.call("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
         file.write_bytes(base64.b64decode(found["data"]))
@@ -124,9 +135,11 @@ class Browser:
         while b"\0" not in self._buffer:
             left = end - time.monotonic()
             ready = left > 0 and select.select([self._reading], [], [], left)[0]
-            assert ready, f"the browser does not answer {waiting_for}"
+            if not ready:
+                raise BrowserError(f"the browser does not answer {waiting_for}")
             data = os.read(self._reading, 1 << 16)
-            assert data, f"the browser ended before it answered {waiting_for}"
+            if not data:
+                raise BrowserError(f"the browser ended before it answered {waiting_for}")
             self._buffer += data
         text, _, self._buffer = self._buffer.partition(b"\0")
         found: dict[str, Any] = json.loads(text)
@@ -153,9 +166,16 @@ def browsing(profile: Path) -> Iterator[Browser]:
 
     Args:
         profile: folder for what it keeps.
+
+    Yields:
+        Its page.
+
+    Raises:
+        BrowserError: it is not installed.
     """
     program = chromium()
-    assert program is not None
+    if program is None:
+        raise BrowserError("there is no Chromium here; install it (apt install chromium)")
     to_browser, from_browser = os.pipe(), os.pipe()
     options = [
         "--headless=new",
@@ -179,7 +199,7 @@ def browsing(profile: Path) -> Iterator[Browser]:
     os.close(to_browser[0])
     os.close(from_browser[1])
     try:
-        yield Browser(from_browser[0], to_browser[1])
+        yield Browser(from_browser[0], to_browser[1], process.pid)
     finally:
         # The browser ends with its pipe, and its helpers with it.
         os.close(to_browser[1])
