@@ -16,8 +16,9 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 from satform_tools.cli import names
 from satform_tools.errors import CommandError
+from satform_tools.live import server as live_server
 from satform_tools.live.history import Column, History, Recent, rows_for
-from satform_tools.live.server import MOST_VIEWERS, LiveServer
+from satform_tools.live.server import MOST_VIEWERS, LiveServer, hosts
 from satform_tools.live.source import Reply
 from satform_tools.run.page_options import LOOPBACK, PageOptions
 
@@ -199,7 +200,11 @@ def test_without_control_a_request_is_refused_and_with_control_it_is_passed_on()
 
     async def passed_on(server: LiveServer) -> None:
         viewer = await connected(server)
-        for text in ("[", "[]", "{}", '{"kind": 1}', "[" * 4000):
+        wrong_ids = (
+            '{"kind": "stop"}',
+            *(f'{{"kind": "stop", "id": {one}}}' for one in ("true", "1.5", "[[]]")),
+        )
+        for text in ("[", "[]", "{}", '{"kind": 1}', "[" * 4000, *wrong_ids):
             await viewer.write_message(text)
             assert not (await answer(viewer, "reply"))["success"]
         await viewer.write_message(json.dumps({"kind": "pause", "id": 4}))
@@ -240,6 +245,26 @@ def test_a_taken_port_is_one_sentence() -> None:
             LiveServer(Straight(), str, None, PageOptions(port=server.port))
 
     served(test)
+
+
+def test_on_port_80_browsers_leave_the_port_out() -> None:
+    assert hosts(("127.0.0.1", "localhost"), 80) == {"127.0.0.1", "localhost", "127.0.0.1:80", "localhost:80"}
+    assert hosts(("127.0.0.1", "localhost"), 8080) == {"127.0.0.1:8080", "localhost:8080"}
+
+
+def test_a_server_whose_viewers_do_not_close_their_connections_ends_in_order(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def never(_server: Any) -> None:
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(live_server, "_CLOSING", 0.05)
+    monkeypatch.setattr(live_server.HTTPServer, "close_all_connections", never)
+
+    async def nothing(_server: LiveServer) -> None:
+        pass
+
+    served(nothing)
 
 
 def test_a_history_of_any_length_has_a_bounded_number_of_rows_from_the_first_to_the_newest() -> None:

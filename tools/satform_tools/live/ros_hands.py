@@ -35,7 +35,7 @@ _PREFIXES = ("controller.", "attitude_controller.", "curve.", "phase.")
 """How names of parameters begin that can change in flight."""
 
 
-@dataclass
+@dataclass(eq=False)
 class _Call:
     """A service call under way.
 
@@ -94,15 +94,13 @@ class RosHands:
             return
         self._observer.poll()
         for call in list(self._pending):
-            if call.future is None and call.client.service_is_ready():
-                call.future = call.client.call_async(call.request)
-            if call.future is not None and call.future.done():
+            try:
+                over = _advance(call)
+            except Exception as error:  # whatever another node answers, the server goes on
+                over = True
+                call.reply(success=False, text=f"the call of {call.service} failed: {str(error)[:200]}")
+            if over:
                 self._pending.remove(call)
-                call.then(call.future.result())
-            elif time.monotonic() > call.deadline:
-                self._pending.remove(call)
-                what = "is not there" if call.future is None else "does not reply"
-                call.reply(success=False, text=f"the service {call.service} {what} within {TIMEOUT:g} s")
 
     def _call(self, kind: Any, service: str, request: Any, reply: Reply, then: Callable[[Any], None]) -> None:
         if service not in self._clients:
@@ -167,7 +165,7 @@ class RosHands:
 
     def _set(self, node: str, request: dict[str, Any], reply: Reply) -> None:
         name, numbers = request["name"], request["value"]
-        if not isinstance(name, str) or not name.startswith(_PREFIXES):
+        if not isinstance(name, str) or not name.startswith(_PREFIXES) or not name.isascii():
             raise ValueError("such a parameter does not change in flight")
         if (
             not isinstance(numbers, list)
@@ -191,6 +189,23 @@ class RosHands:
         self._call(SetParameters, f"{node}/set_parameters", asked, reply, done)
 
 
+def _advance(call: _Call) -> bool:
+    """Send a request as soon as its service is there, or take the response; whether the call is over."""
+    if call.future is None and call.client.service_is_ready():
+        call.future = call.client.call_async(call.request)
+    if call.future is not None and call.future.done():
+        call.then(call.future.result())
+        return True
+    if time.monotonic() <= call.deadline:
+        return False
+    what = "is not there"
+    if call.future is not None:
+        what = "does not reply"
+        call.client.remove_pending_request(call.future)
+    call.reply(success=False, text=f"the service {call.service} {what} within {TIMEOUT:g} s")
+    return True
+
+
 def _described(descriptor: Any, value: Any) -> dict[str, Any]:
     """A parameter as the page takes it."""
     limits = [(one.from_value, one.to_value) for one in descriptor.floating_point_range] or [(None, None)]
@@ -205,4 +220,9 @@ def _described(descriptor: Any, value: Any) -> dict[str, Any]:
 
 
 def _finite(number: Any) -> bool:
-    return isinstance(number, int | float) and not isinstance(number, bool) and math.isfinite(number)
+    if not isinstance(number, int | float) or isinstance(number, bool):
+        return False
+    try:
+        return math.isfinite(number)
+    except OverflowError:
+        return False  # a whole number beyond the range of float

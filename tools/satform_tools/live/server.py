@@ -15,7 +15,8 @@ import hmac
 import json
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -42,6 +43,12 @@ _REQUESTS_PER_SECOND = 10.0
 _BURST = 20.0
 _PING_PERIOD = 20.0
 """Wall-clock time after which a viewer that gives no sign is asked for one, and given up after another, s."""
+
+_CLOSING = 2.0
+"""Wall-clock time for viewers to close their connections at the end, s."""
+
+_HTTP_PORT = 80
+"""Port that browsers leave out of Host and Origin."""
 
 _POLICY = (
     "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src data: blob:; "
@@ -118,7 +125,7 @@ class LiveServer:
             ) from None
         self._host = f"[{address}]" if ":" in address else address
         self.port = int(self._sockets[0].getsockname()[1])
-        self.hosts = {f"{name}:{self.port}" for name in (self._host, "localhost", LOOPBACK)}
+        self.hosts = hosts((self._host, "localhost", LOOPBACK), self.port)
 
     @property
     def url(self) -> str:
@@ -170,7 +177,8 @@ class LiveServer:
             http.stop()
             for viewer in list(self.viewers):
                 viewer.socket.close(1001, "the server ends")
-            await asyncio.wait_for(asyncio.shield(http.close_all_connections()), 2.0)
+            with suppress(TimeoutError):
+                await asyncio.wait_for(asyncio.shield(http.close_all_connections()), _CLOSING)
         if failed:
             raise failed[0]
 
@@ -213,6 +221,17 @@ class LiveServer:
                 self.viewers.discard(viewer)
 
         viewer.socket.writing = asyncio.ensure_future(write())
+
+
+def hosts(names: Collection[str], port: int) -> set[str]:
+    """What browsers may send as Host to a server.
+
+    Args:
+        names: of the server's machine.
+        port: that it serves on.
+    """
+    found = {f"{name}:{port}" for name in names}
+    return found | set(names) if port == _HTTP_PORT else found
 
 
 class _Guarded(RequestHandler):
@@ -312,16 +331,20 @@ class LiveSocket(WebSocketHandler):
             request = json.loads(message)
             if not isinstance(request, dict) or not isinstance(request.get("kind"), str):
                 raise ValueError("a request is an object with a kind")
+            number = request.get("id")
+            if type(number) is not int:
+                raise ValueError("the id of a request is a whole number")
         except (ValueError, RecursionError) as error:
             self._reply(None, success=False, text=f"the request was not understood: {error}")
             return
-        number = request.get("id")
         if hands is None:
             self._reply(number, success=False, text="this page looks only; start it with --control")
             return
         hands.ask(request, lambda **outcome: self._reply(number, **outcome))
 
-    def _reply(self, number: Any, *, success: bool, text: str, data: dict[str, Any] | None = None) -> None:
+    def _reply(
+        self, number: int | None, *, success: bool, text: str, data: dict[str, Any] | None = None
+    ) -> None:
         outcome = {"kind": "reply", "id": number, "success": success, "text": text, "data": data}
 
         async def write() -> None:
