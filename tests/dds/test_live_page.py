@@ -22,7 +22,7 @@ from formations import formation
 from satform.bag.events import Events, Status
 from satform.bag.reader import read_bag
 from satform.flight.simulate import simulate
-from satform_tools.live.render import page
+from satform_tools.live.render import flight_page
 from satform_tools.live.server import LiveServer
 from satform_tools.live.stored_flight import StoredFlight
 from satform_tools.run.page_options import PageOptions
@@ -199,7 +199,7 @@ def stored() -> StoredRun:
 def served(stored: StoredRun, like: LiveServer | None = None) -> Iterator[LiveServer]:
     """A server of a stored flight in a thread; with the address of another one that has ended."""
     options = PageOptions(port=like.port if like else 0)
-    server = LiveServer(StoredFlight(stored), page("flight"), None, options)
+    server = LiveServer(StoredFlight(stored), flight_page("flight"), None, options)
     server.source.period = 0.05
     server.token = like.token if like else server.token
     over = threading.Event()

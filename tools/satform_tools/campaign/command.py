@@ -34,7 +34,8 @@ from satform_tools.campaign.report import SUMMARY
 from satform_tools.campaign.summary import Speed, Summary, summarise
 from satform_tools.errors import CommandError, sentence_of
 from satform_tools.report.formats import Format
-from satform_tools.run import output_folders
+from satform_tools.run import live_page, output_folders
+from satform_tools.run.page_options import PageOptions
 from satform_tools.run.scenario_library import SCENARIOS
 
 LOG = "workers.log"
@@ -52,6 +53,7 @@ class Options:
         timeout: wall-clock time of a case, s; that of the campaign when None.
         junit: file to write as JUnit XML; None for none.
         quiet: whether no progress is shown.
+        page: how the page of its progress is served; None for no page.
     """
 
     workers: int | None = None
@@ -60,6 +62,7 @@ class Options:
     timeout: float | None = None
     junit: Path | None = None
     quiet: bool = False
+    page: PageOptions | None = None
 
 
 @dataclass(frozen=True)
@@ -202,11 +205,14 @@ def _storing(path: Path) -> Iterator[None]:
 def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumption: Resumption) -> Summary:
     """Fly what is missing and write the summary; the folder is locked."""
     _prepare(folder, resumption)
-    summary = _with_bags(_fly(folder, campaign, options, folder.done()))
+    with live_page.beside_campaign(options.page, folder.path) as served:
+        summary = _with_bags(_fly(folder, campaign, options, folder.done()))
     with suppress(OSError):
         # A full disk is in the summary already.
         write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
-    return _with_page(summary)
+    summary = _with_page(summary)
+    served.wait()
+    return summary
 
 
 def _with_bags(summary: Summary) -> Summary:

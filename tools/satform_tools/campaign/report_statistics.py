@@ -192,19 +192,38 @@ def report_statistics(summary: Summary) -> ReportStatistics:
     return ReportStatistics(
         summary=summary,
         inputs=inputs,
-        histograms=tuple(
-            Histogram(
-                figure,
-                *counts.histograms[figure.name],
-                logarithmic=_is_wide(figure),
-                limits=limits_of(campaign, figure.name),
-            )
-            for figure in known
-        ),
+        histograms=_histograms(campaign, known, counts),
         sample=sample,
         correlations=tuple(correlations(sample, is_random=campaign.sampling.is_random)),
         rates=tuple(_rates(inputs, counts.by_value, is_random=campaign.sampling.is_random)),
         envelopes=tuple(envelopes(summary)),
+    )
+
+
+def distributions(summary: Summary) -> tuple[Histogram, ...]:
+    """The histograms of the figures that some case has, and nothing else.
+
+    Args:
+        summary: of the campaign.
+
+    Raises:
+        OSError: a file of results cannot be read.
+        ResultFileError: a file of results is damaged.
+    """
+    known = [figure for figure in summary.figures if figure.cases]
+    counts = _counted(summary, known, (), np.empty(0, dtype=np.int64))
+    return _histograms(summary.campaign, known, counts)
+
+
+def _histograms(campaign: Campaign, known: Sequence[FigureSummary], counts: _Counts) -> tuple[Histogram, ...]:
+    return tuple(
+        Histogram(
+            figure,
+            *counts.histograms[figure.name],
+            logarithmic=_is_wide(figure),
+            limits=limits_of(campaign, figure.name),
+        )
+        for figure in known
     )
 
 

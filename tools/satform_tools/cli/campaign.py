@@ -13,9 +13,10 @@ import typer
 
 from satform_tools import console
 from satform_tools.cli.run import RunMode
-from satform_tools.cli.shared_options import Json, Junit, Quiet
+from satform_tools.cli.shared_options import Bind, Json, Junit, Port, Quiet, page_options
 from satform_tools.errors import CommandError
 from satform_tools.report.formats import Format
+from satform_tools.run.page_options import LOOPBACK
 
 if TYPE_CHECKING:
     from satform_tools.campaign.summary import Summary
@@ -63,6 +64,12 @@ Timeout = Annotated[
 ]
 
 
+Live = Annotated[
+    bool,
+    typer.Option("--live", help="Also serve a page on which success rate and distributions can be watched."),
+]
+
+
 @app.command(epilog=EPILOG)
 def run(
     campaign: CampaignArgument,
@@ -82,11 +89,15 @@ def run(
     json: Json = False,
     junit: Junit = None,
     quiet: Quiet = False,
+    live: Live = False,
+    port: Port = 0,
+    bind: Bind = LOOPBACK,
 ) -> None:
     """Fly all cases of a campaign and judge them; Ctrl-C keeps what is done."""
     from satform_tools.campaign import command
 
-    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet)
+    page = page_options("--live", enabled=live, control=False, port=port, bind=bind)
+    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet, page)
     with _junit_of(junit, campaign):
         summary = command.run(campaign, out, options)
     _end(summary, as_json=json, quiet=quiet)
@@ -119,11 +130,15 @@ def resume(
     json: Json = False,
     junit: Junit = None,
     quiet: Quiet = False,
+    live: Live = False,
+    port: Port = 0,
+    bind: Bind = LOOPBACK,
 ) -> None:
     """Fly the cases of a campaign that have no result yet, and judge all."""
     from satform_tools.campaign import command
 
-    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet)
+    page = page_options("--live", enabled=live, control=False, port=port, bind=bind)
+    options = command.Options(workers, engine.value, scheduler, timeout, junit, quiet, page)
     resumption = command.Resumption(repair=repair, retry=retry, stored=stored)
     with _junit_of(junit, str(campaign)):
         summary = command.resume(campaign, options, resumption)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from satform.common.exit_codes import EXIT_DONE, EXIT_STOPPED
 from satform_tools import console
-from satform_tools.live.render import page
+from satform_tools.live.render import flight_page
 from satform_tools.live.server import LiveServer
 from satform_tools.live.source import Hands, Source
 from satform_tools.live.stored_flight import StoredFlight
@@ -41,6 +41,7 @@ def serve(
     *,
     finished: Callable[[int], bool],
     hands: Hands | None = None,
+    page: Callable[[str], str] | None = None,
 ) -> int:
     """Serve the page of a flight, and print its address.
 
@@ -50,6 +51,7 @@ def serve(
         options: how to serve it.
         finished: whether to end; asked at each update with the number of viewers.
         hands: what viewers may do; None for viewers who look only.
+        page: its text for a nonce; that of a flight when None.
 
     Returns:
         Exit code: 130 after Ctrl-C.
@@ -57,7 +59,7 @@ def serve(
     Raises:
         CommandError: the port cannot be bound.
     """
-    server = LiveServer(source, page(title), hands, options)
+    server = LiveServer(source, page or flight_page(title), hands, options)
     console.line(server.url)
     sys.stdout.flush()
     try:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The live page as one file: template, style and scripts, with a nonce for its content security policy."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -13,11 +13,10 @@ from satform_tools.report.page.document import PARTS, SCENE_SCRIPTS, THREE
 _FOLDER = Path(__file__).parent / "page"
 _UPLOT = THREE.parent / "uplot.js"
 _UPLOT_STYLE = THREE.parent / "uplot.css"
-_SCRIPTS = ("store", "charts", "panels", "hands", "live")
 
 
-def page(title: str) -> Callable[[str], str]:
-    """The live page, to be rendered with a nonce for each request.
+def flight_page(title: str) -> Callable[[str], str]:
+    """The page of a flight, to be rendered with a nonce for each request.
 
     Args:
         title: shown until the flight is known.
@@ -25,17 +24,28 @@ def page(title: str) -> Callable[[str], str]:
     Returns:
         Gives the HTML file's text for a nonce.
     """
+    own = [_FOLDER / f"{name}.js" for name in ("connection", "store", "charts", "panels", "hands", "live")]
+    return _rendered("live.html.j2", title, (THREE, _UPLOT, PARTS / "figures.js", *SCENE_SCRIPTS, *own))
+
+
+def campaign_page(title: str) -> Callable[[str], str]:
+    """The page of a campaign, as that of a flight.
+
+    Args:
+        title: of the campaign.
+
+    Returns:
+        Gives the HTML file's text for a nonce.
+    """
+    own = [_FOLDER / f"{name}.js" for name in ("connection", "campaign")]
+    return _rendered("campaign.html.j2", title, (_UPLOT, PARTS / "figures.js", *own))
+
+
+def _rendered(name: str, title: str, files: Sequence[Path]) -> Callable[[str], str]:
     environment = Environment(
         loader=FileSystemLoader(_FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
-    template = environment.get_template("live.html.j2")
-    files = (
-        THREE,
-        _UPLOT,
-        PARTS / "figures.js",
-        *SCENE_SCRIPTS,
-        *(_FOLDER / f"{name}.js" for name in _SCRIPTS),
-    )
+    template = environment.get_template(name)
     scripts = [Markup(file.read_text(encoding="utf-8")) for file in files]  # noqa: S704 - our own files
     styles = (PARTS / "report.css", _UPLOT_STYLE, _FOLDER / "live.css")
     style = Markup("\n".join(file.read_text(encoding="utf-8") for file in styles))  # noqa: S704 - likewise

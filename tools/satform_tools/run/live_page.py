@@ -1,12 +1,13 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""The live page beside a flight, in a process of its own, which cannot delay the flight."""
+"""The live page beside a flight or a campaign, in a process of its own, which cannot delay them."""
 
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from satform_tools.run.page_options import PageOptions
 
@@ -49,7 +50,31 @@ def beside(page: PageOptions | None, namespace: str) -> Iterator[Served]:
         yield Served()
         return
     words = (os.getpid(), namespace, page.address, page.port, "control" if page.control else "look")
-    command = [sys.executable, "-m", "satform_tools.live.watched", *map(str, words)]
+    with _serving("watched", words) as served:
+        yield served
+
+
+@contextmanager
+def beside_campaign(page: PageOptions | None, folder: Path) -> Iterator[Served]:
+    """Serve the page of the campaign that this process flies within the block, as that of a flight.
+
+    Args:
+        page: how to serve it; None for no page.
+        folder: of the campaign.
+
+    Yields:
+        What is served, to be waited for.
+    """
+    if page is None:
+        yield Served()
+        return
+    with _serving("campaign", (folder, page.address, page.port)) as served:
+        yield served
+
+
+@contextmanager
+def _serving(module: str, words: Sequence[object]) -> Iterator[Served]:
+    command = [sys.executable, "-m", f"satform_tools.live.{module}", *map(str, words)]
     process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=sys.stderr)
     served = Served(process)
     try:
@@ -58,6 +83,6 @@ def beside(page: PageOptions | None, namespace: str) -> Iterator[Served]:
         served.end()
         raise
     finally:
-        # The process that serves takes this for the end of the flight, if it has not found it by then.
+        # The process that serves takes this for the end of what it shows.
         if process.stdin is not None:
             process.stdin.close()

@@ -8,38 +8,12 @@ const live = (() => {
   const TRAIL = 0.25;
   const FIGURES_EVERY = 400;
   const store = liveStore.create();
-  const state = { scene: null, charts: null, hands: null, socket: null, tries: 0, now: 0, following: true, playing: false, measured: [], dueFigures: 0, grown: 0 };
+  const state = { scene: null, charts: null, hands: null, connection: null, now: 0, following: true, playing: false, measured: [], dueFigures: 0, grown: 0 };
   const colour = (index, count = store.formation.names.length) => page.colour(index, count);
 
-  // ---- connection
-
-  function connect() {
-    const socket = new WebSocket(`ws://${location.host}/live${location.search}`);
-    state.socket = socket;
-    socket.onmessage = ({ data }) => receive(JSON.parse(data));
-    socket.onopen = () => { state.tries = 0; trouble(""); };
-    socket.onclose = () => {
-      state.tries++;
-      trouble("The connection to the flight is lost; the page tries again. What was received stays.");
-      setTimeout(connect, Math.min(5000, 250 * 2 ** state.tries));
-    };
-  }
-
-  function trouble(text) {
-    element("trouble").textContent = text;
-    element("trouble").hidden = !text;
-  }
-
-  function receive(message) {
-    if (message.kind === "reply") return state.hands?.reply(message);
+  function take(message) {
     if (message.kind === "formation") begin(message.formation);
     else store.take(message);
-    // The next message comes when this one is drawn: neither a slow nor a hidden page has any that wait.
-    const { socket } = state;
-    requestAnimationFrame(() => {
-      if (message.kind === "news") arrived();
-      requestAnimationFrame(() => { if (socket.readyState === WebSocket.OPEN) socket.send("drawn"); });
-    });
   }
 
   function begin(formation) {
@@ -51,7 +25,7 @@ const live = (() => {
     fillSelects();
     state.charts?.destroy();
     state.charts = liveCharts.create(element("charts"), { store, colour, style, clock: clock(), seek, hidden: new Set() });
-    if (formation.control) state.hands = liveHands.create({ send: (request) => state.socket.send(JSON.stringify(request)), names: formation.names });
+    if (formation.control) state.hands = liveHands.create({ send: (request) => state.connection.send(request), names: formation.names });
     element("hands").hidden = !formation.control;
     if (!same) Object.assign(state, { following: true, begun: false });
     state.restart = true;
@@ -305,6 +279,8 @@ const live = (() => {
   }
 
   wire();
-  connect();
+  state.connection = liveConnection.open({
+    take, draw: ({ kind }) => { if (kind === "news") arrived(); }, reply: (answer) => state.hands?.reply(answer),
+  });
   return { store, state, seek };
 })();
