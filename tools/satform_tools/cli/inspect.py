@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE
-from satform_tools.cli.shared_options import Bind, Control, Json, Port, page_options
+from satform_tools.cli.shared_options import Bind, Control, Foxglove, Json, Port, page_options
 from satform_tools.errors import CommandError
 from satform_tools.run.page_options import LOOPBACK
 
@@ -323,14 +323,21 @@ def watch(
     control: Control = False,
     port: Port = 0,
     bind: Bind = LOOPBACK,
+    foxglove: Foxglove = False,
     *,
     as_json: bool,
 ) -> int:
     """Show the state of a running formation until its flight ends, or Ctrl-C."""
-    page = page_options("--browser", enabled=browser, control=control, port=port, bind=bind)
+    page = page_options(
+        "--browser", enabled=browser, control=control, port=port, bind=bind, foxglove=foxglove
+    )
     if page is not None:
         if once or as_json:
-            raise CommandError("--browser excludes --once and --json, which are for text")
+            raise CommandError("--browser and --foxglove exclude --once and --json, which are for text")
+        if page.foxglove:
+            from satform_tools.inspect import foxglove_server
+
+            return foxglove_server.serve(observer, page)
         from satform_tools.live import watched
 
         return watched.watch(observer, page)

@@ -15,6 +15,7 @@ from satform_tools.cli.shared_options import (
     Bind,
     Changes,
     Control,
+    Foxglove,
     Json,
     Junit,
     Port,
@@ -152,6 +153,7 @@ def run(
     control: Control = False,
     port: Port = 0,
     bind: Bind = LOOPBACK,
+    foxglove: Foxglove = False,
 ) -> None:
     """Fly a scenario, record a bag and evaluate the expectations."""
     if rate is not None and mode is not RunMode.REALTIME:
@@ -159,7 +161,7 @@ def run(
             f"--rate needs --mode realtime; --mode {mode.value} does not follow the wall clock"
         )
     _require_one_subject(scenario, campaign, case, varied=bool(changes) or seed is not None)
-    page = page_options("--live", enabled=live, control=control, port=port, bind=bind)
+    page = page_options("--live", enabled=live, control=control, port=port, bind=bind, foxglove=foxglove)
     from satform_tools.report import junit as junit_file
 
     with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
@@ -191,7 +193,7 @@ def run(
             profile=profile,
             namespace=names.namespace(namespace),
             quiet=quiet,
-            live=live,
+            live=page is not None,
         )
         with live_page.beside(page, options.namespace) as served:
             result = run_command.run(flown, mode.value, record=record, out=out, options=options)

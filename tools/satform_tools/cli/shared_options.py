@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arguments and options that several commands share."""
 
+import importlib.util
 from pathlib import Path
 from typing import Annotated
 
@@ -50,8 +51,18 @@ Control = Annotated[
 ]
 
 
-def page_options(flag: str, *, enabled: bool, control: bool, port: int, bind: str) -> PageOptions | None:
-    """How a command serves the live page; None if it serves none.
+Foxglove = Annotated[
+    bool,
+    typer.Option(
+        "--foxglove", help="Serve the topics with their schemas to Foxglove instead, and print the address."
+    ),
+]
+
+
+def page_options(
+    flag: str, *, enabled: bool, control: bool, port: int, bind: str, foxglove: bool = False
+) -> PageOptions | None:
+    """How a command serves the live page, or its topics to Foxglove; None if it serves neither.
 
     Args:
         flag: option by which the command serves the page.
@@ -59,12 +70,21 @@ def page_options(flag: str, *, enabled: bool, control: bool, port: int, bind: st
         control: value of `Control`.
         port: value of `Port`.
         bind: value of `Bind`.
+        foxglove: value of `Foxglove`.
 
     Raises:
-        CommandError: an option of the page was used without the flag, or the address is none.
+        CommandError: an option of the page was used without the flag, the address is none, or what serves
+            Foxglove is not installed.
     """
-    if not enabled and (control or port or bind != LOOPBACK):
+    if foxglove and (enabled or control):
+        raise CommandError(f"--foxglove excludes {flag} and --control")
+    if not (enabled or foxglove) and (control or port or bind != LOOPBACK):
         raise CommandError(f"--control, --port and --bind need {flag}")
+    if foxglove and importlib.util.find_spec("foxglove") is None:
+        raise CommandError(
+            "--foxglove needs the package foxglove-sdk, which is an extra: "
+            ".venv/bin/uv pip install --no-deps -r requirements-foxglove.txt"
+        )
     from satform_tools.cli import names  # noqa: PLC0415 - imported when needed, as by all commands
 
-    return PageOptions(names.address(bind), port, control) if enabled else None
+    return PageOptions(names.address(bind), port, control, foxglove) if enabled or foxglove else None

@@ -50,7 +50,7 @@ def echo(observer: Observer, topic: str, *, once: bool, field: str, form: str) -
     def store(message: Any) -> None:
         waiting.append(message)
 
-    observer.node.create_subscription(interface(kind), name, store, _quality(observer, name, _QUEUE))
+    observer.node.create_subscription(interface(kind), name, store, quality(observer, name, _QUEUE))
     first = True
     while _next_message(observer, name, waiting, first):
         data = plain(waiting.popleft())
@@ -147,7 +147,7 @@ def _next_message(observer: Observer, topic: str, waiting: deque[Any], first: bo
     return bool(waiting)
 
 
-def _quality(observer: Observer, topic: str, depth: int) -> QoSProfile:
+def quality(observer: Observer, topic: str, depth: int) -> QoSProfile:
     """Best effort, or latched where all publishers latch: those publish rarely."""
     publishers = observer.node.get_publishers_info_by_topic(topic)
     latches = all(entry.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for entry in publishers)

@@ -14,7 +14,7 @@ from satform_bringup.supervisor.run_registry import registered_runs
 from satform_nodes.runtime.signals import interrupting
 from satform_tools import console
 from satform_tools.errors import CommandError
-from satform_tools.inspect import observer_node
+from satform_tools.inspect import foxglove_server, observer_node
 from satform_tools.inspect.observer_node import Observer
 from satform_tools.live import command
 from satform_tools.live.ros_flight import RosFlight
@@ -86,6 +86,8 @@ def watch_run_of(process: int, namespace: str | None, options: PageOptions, foun
             raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
         time.sleep(_POLLING)  # between two looks at the registry of runs
     with observer_node.observe(runs[0].domain, _APPEARS, namespace) as observer:
+        if options.foxglove:
+            return foxglove_server.serve(observer, options, found)
         return watch(observer, options, found)
 
 
@@ -104,14 +106,14 @@ def main(arguments: Sequence[str]) -> int:
     That process holds a pipe to the standard input of this one until its flight is over.
 
     Args:
-        arguments: id of that process, namespace, address, port, and `control` or `look`.
+        arguments: id of that process, namespace, address, port, and `control`, `look` or `foxglove`.
     """
-    process, namespace, address, port, hands = arguments
+    process, namespace, address, port, way = arguments
     found, missed = threading.Event(), threading.Event()
     try:
         with interrupting():
             threading.Thread(target=_interrupt_without_flight, args=(found, missed), daemon=True).start()
-            options = PageOptions(address, int(port), hands == "control")
+            options = PageOptions(address, int(port), way == "control", way == "foxglove")
             return watch_run_of(int(process), namespace, options, found)
     except CommandError as error:
         console.error(str(error))

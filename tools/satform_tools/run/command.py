@@ -46,7 +46,7 @@ class RunOptions:
         profile: whether to write what every process did when.
         namespace: of all nodes and topics, such as `/f1`; empty for the root.
         quiet: whether neither progress nor a time of the wall clock is printed.
-        live: whether a page is served on which the flight can be watched.
+        live: whether the flight can be watched, on a page or in Foxglove.
     """
 
     measure_round_trip: bool = False
@@ -117,7 +117,7 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
     if mode == "inprocess":
         needs_dds = (
             (options.display, "--display", "needs topics"),
-            (options.live, "--live", "needs topics"),
+            (options.live, "--live or --foxglove", "needs topics"),
             (options.keystore, "--secure", "needs DDS"),
             (options.profile, "--profile", "needs several processes"),
             (options.satellites_per_process > 1, "--satellites-per-process", "needs several processes"),
@@ -138,7 +138,9 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
             "--namespace and --secure exclude each other: a keystore's permissions are for the root namespace"
         )
     if options.live and options.keystore is not None:
-        raise CommandError("--live and --secure exclude each other: a keystore has no keys for the page")
+        raise CommandError(
+            "--live or --foxglove and --secure exclude each other: a keystore has no keys for an observer"
+        )
     if options.display and options.keystore is not None:
         raise CommandError(
             "--display and --secure exclude each other: a keystore has no keys for the display"

@@ -49,7 +49,8 @@ def beside(page: PageOptions | None, namespace: str) -> Iterator[Served]:
     if page is None:
         yield Served()
         return
-    words = (os.getpid(), namespace, page.address, page.port, "control" if page.control else "look")
+    way = "foxglove" if page.foxglove else "control" if page.control else "look"
+    words = (os.getpid(), namespace, page.address, page.port, way)
     with _serving("watched", words) as served:
         yield served
 

@@ -16,8 +16,10 @@ class PageOptions:
         address: IP address of this machine.
         port: 0 for any that is free.
         control: whether viewers may control the flight.
+        foxglove: whether the topics are served to Foxglove instead.
     """
 
     address: str = LOOPBACK
     port: int = 0
     control: bool = False
+    foxglove: bool = False
