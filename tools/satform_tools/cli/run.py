@@ -325,7 +325,7 @@ def gallery(
         typer.Option("--stale", help="Only the scenarios that have changed since their figure was made."),
     ] = False,
 ) -> None:
-    """Fly the shipped scenarios and write docs/gallery.md."""
+    """Fly the shipped scenarios, write docs/gallery.md, and draw the pages of the triangle for docs/."""
     from satform_tools.report import gallery as gallery_page
     from satform_tools.run import shipped_files
 

@@ -8,9 +8,12 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from satform_tools.report.page.document import PARTS, SCENE_SCRIPTS, THREE
+from satform_tools.report.page.document import PARTS as SHARED_PARTS
+from satform_tools.report.page.document import SCENE_SCRIPTS, THREE
 
-_FOLDER = Path(__file__).parent / "page"
+PARTS = Path(__file__).parent / "page"
+"""Folder of the templates, styles and scripts of the pages."""
+
 _UPLOT = THREE.parent / "uplot.js"
 _UPLOT_STYLE = THREE.parent / "uplot.css"
 
@@ -24,8 +27,10 @@ def flight_page(title: str) -> Callable[[str], str]:
     Returns:
         Gives the HTML file's text for a nonce.
     """
-    own = [_FOLDER / f"{name}.js" for name in ("connection", "store", "charts", "panels", "hands", "live")]
-    return _rendered("live.html.j2", title, (THREE, _UPLOT, PARTS / "figures.js", *SCENE_SCRIPTS, *own))
+    own = [PARTS / f"{name}.js" for name in ("connection", "store", "charts", "panels", "hands", "live")]
+    return _rendered(
+        "live.html.j2", title, (THREE, _UPLOT, SHARED_PARTS / "figures.js", *SCENE_SCRIPTS, *own)
+    )
 
 
 def campaign_page(title: str) -> Callable[[str], str]:
@@ -37,16 +42,16 @@ def campaign_page(title: str) -> Callable[[str], str]:
     Returns:
         Gives the HTML file's text for a nonce.
     """
-    own = [_FOLDER / f"{name}.js" for name in ("connection", "campaign")]
-    return _rendered("campaign.html.j2", title, (_UPLOT, PARTS / "figures.js", *own))
+    own = [PARTS / f"{name}.js" for name in ("connection", "campaign")]
+    return _rendered("campaign.html.j2", title, (_UPLOT, SHARED_PARTS / "figures.js", *own))
 
 
 def _rendered(name: str, title: str, files: Sequence[Path]) -> Callable[[str], str]:
     environment = Environment(
-        loader=FileSystemLoader(_FOLDER), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+        loader=FileSystemLoader(PARTS), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     template = environment.get_template(name)
     scripts = [Markup(file.read_text(encoding="utf-8")) for file in files]  # noqa: S704 - our own files
-    styles = (PARTS / "report.css", _UPLOT_STYLE, _FOLDER / "live.css")
+    styles = (SHARED_PARTS / "report.css", _UPLOT_STYLE, PARTS / "live.css")
     style = Markup("\n".join(file.read_text(encoding="utf-8") for file in styles))  # noqa: S704 - likewise
     return lambda nonce: template.render(title=title, nonce=nonce, style=style, scripts=scripts)

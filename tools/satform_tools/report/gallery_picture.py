@@ -3,7 +3,7 @@
 """Pictures of the galleries: PNG files of few colours, with a digest and results as text inside."""
 
 import io
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -53,12 +53,26 @@ def save(
     """
     buffer = io.BytesIO()
     drawn.savefig(buffer, format="png", dpi=dots_per_inch)
-    inside = PngInfo()
-    inside.add_text(*digest)
-    inside.add_itxt(*text)
     with Image.open(buffer) as image:
-        few = image.convert("RGB").quantize(_COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-        few.save(file, optimize=True, pnginfo=inside)
+        save_few_colours(image, file, dict((digest, text)))
+
+
+def save_few_colours(image: Image.Image, file: Path, texts_inside: Mapping[str, str]) -> None:
+    """Write an image as a PNG file of few colours.
+
+    Args:
+        image: to be written.
+        file: PNG; replaced if it is there.
+        texts_inside: by name, any characters.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    inside = PngInfo()
+    for name, text in texts_inside.items():
+        inside.add_itxt(name, text)
+    few = image.convert("RGB").quantize(_COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    few.save(file, optimize=True, pnginfo=inside)
 
 
 def texts(file: Path, names: Collection[str]) -> dict[str, str]:

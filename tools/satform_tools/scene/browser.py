@@ -16,7 +16,9 @@ import subprocess
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+
+from satform_tools.errors import CommandError
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 TIMEOUT = 120.0
@@ -31,7 +33,7 @@ def chromium() -> str | None:
     return next((path for name in NAMES if (path := shutil.which(name))), None)
 
 
-class BrowserError(RuntimeError):
+class BrowserError(CommandError):
     """The browser is not there, does not answer in time, or a script in its page fails."""
 
 
@@ -124,12 +126,16 @@ class Browser:
           }}, 30);
         }})""")
 
-    def picture(self, file: Path, area: dict[str, float] | None = None) -> None:
+    def picture(self, file: Path | IO[bytes], area: dict[str, float] | None = None) -> None:
         """Keep an area of the page as a PNG; all of it when none is named."""
         size = area or self.call("Page.getLayoutMetrics")["cssContentSize"]
         clip = {**size, "scale": 1}
         found = self.call("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
-        file.write_bytes(base64.b64decode(found["data"]))
+        data = base64.b64decode(found["data"])
+        if isinstance(file, Path):
+            file.write_bytes(data)
+        else:
+            file.write(data)
 
     def _next(self, end: float, waiting_for: str) -> dict[str, Any]:
         while b"\0" not in self._buffer:
