@@ -39,29 +39,31 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
             "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
         )
     recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
+    steps = recorder.steps
     try:
         first = discovery_timeout(recorder.plan)
         _record(recorder, executor, stop, first, max(first, plant_timeout(scenario.node_timeout)))
     except OSError as error:
-        step = max(0, recorder.recorded_step)
+        step = max(0, steps.recorded_step)
         reason = reason_text(error, Path(folder))
         sentence = f"{folder}: the bag cannot be written after step {step}: {reason}"
         raise NodeError(sentence, EXIT_LOST) from None
     finally:
-        end = None if recorder.ended is None else EarlyEnd.of_message(recorder.ended, scenario.timing.step)
-        if recorder.ended is not None and recorder.ended.phase == FormationStatus.ABORTED:
-            recorder.report.send("aborted", reason=recorder.ended.reason)
+        ended = steps.ended
+        end = None if ended is None else EarlyEnd.of_message(ended, scenario.timing.step)
+        if ended is not None and ended.phase == FormationStatus.ABORTED:
+            recorder.report.send("aborted", reason=ended.reason)
         if end is not None:
             # On a host without the plant no other process can report it.
             recorder.report.send("end_received", end=end.data())
         recorder.report.send(
             "recorded",
             messages=recorder.bag.messages,
-            complete=recorder.complete,
-            missed=recorder.missed[:20],
+            complete=steps.complete,
+            missed=steps.missing()[:20],
         )
         node.get_logger().info(recorder.summary())
-    return exit_code_of(stop, recorder.ended)
+    return exit_code_of(stop, steps.ended)
 
 
 def _record(
@@ -76,23 +78,23 @@ def _record(
         first: wall-clock time within which all topics have to be found, s.
         longest: wall-clock time without a message after which the plant counts as lost, s.
     """
+    steps = recorder.steps
     try:
-        if not executor.spin_until(lambda: recorder.matched() or recorder.ended or stop.asked, first):
+        if not executor.spin_until(lambda: recorder.matched() or steps.ended or stop.asked, first):
             raise NodeError(f"the recorder has not found all topics within {first:g} s", EXIT_LOST)
         recorder.publish_ready()
         recorder.report.send("ready", node="recorder")
         recorder.node.get_logger().info(f"recording into {recorder.folder}")
-        over = executor.spin_polling(lambda: recorder.ended is None and not stop.asked, longest, stop.pause)
+        over = executor.spin_polling(lambda: steps.ended is None and not stop.asked, longest, stop.pause)
         if not over:
             sentence = f"nothing to record for {longest:g} s: no message from the plant"
-            recorder.report.send("lost", who=["plant"], step=recorder.recorded_step, reason=sentence)
+            recorder.report.send("lost", who=["plant"], step=steps.recorded_step, reason=sentence)
             raise NodeError(sentence, EXIT_LOST)
         # Messages of the last steps may still arrive, or be retransmitted.
-        executor.spin_while(lambda: recorder.lacks_messages() and not stop.asked, _LATE)
+        executor.spin_while(lambda: steps.lacks_messages() and not stop.asked, _LATE)
         # So may messages of topics that are polled in the background.
         executor.spin_until(lambda: stop.asked, _LAST_MESSAGES)
     finally:
-        recorder.count_gaps()
         recorder.bag.close()
 
 

@@ -3,7 +3,6 @@
 """Node of the recorder: writes every message of every step to a bag as it arrives."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -12,10 +11,9 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, RecorderProgress
 
-from satform.bag.absence_log import Absences
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
-from satform.communication.message_validator import CONTRADICTION, MessageValidator
+from satform.communication.message_validator import CONTRADICTION
 from satform.communication.sim_time import NANOSECONDS, Stamps
 from satform.communication.topic_table import (
     OPTIONAL,
@@ -28,7 +26,7 @@ from satform.communication.topic_table import (
     subscribed_by,
 )
 from satform.flight.compile import compile_scenario
-from satform.protocol.formation_view import FormationView
+from satform.protocol.recorder_steps import RecorderSteps, SteppedTopic
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
@@ -50,39 +48,9 @@ _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 _CLOCK_BYTES = 12
 """Length of a serialised clock: encapsulation, seconds, nanoseconds."""
 
-_REPORT_EVERY = 128
-"""Steps between two progress messages to the plant."""
-
-
-@dataclass
-class _SteppedTopic:
-    """A topic with a message at each step.
-
-    Attributes:
-        number: of the topic in the bag.
-        topic: its name.
-        kind: of topic.
-        satellite: index of the publishing satellite; -1 for the plant.
-        last: step of its last message.
-        optional: whether its publisher may do without it.
-        latest: step of the newest message in the bag; -1 before the first.
-        gaps: first and last step of each stretch without messages.
-        validator: of its messages; None for the clock, whose messages have no header.
-    """
-
-    number: int
-    topic: str
-    kind: str
-    satellite: int
-    last: int
-    optional: bool = False
-    latest: int = -1
-    gaps: list[tuple[int, int]] = field(default_factory=list)
-    validator: MessageValidator | None = None
-
 
 class RecorderNode:
-    """Writes the messages of the formation's topics, and detects missing ones."""
+    """Writes the messages of the formation's topics."""
 
     def __init__(
         self,
@@ -97,12 +65,8 @@ class RecorderNode:
         self.node = node
         self.report = report
         self.folder = folder
-        self.missed: list[str] = []
         self.rejections = node.rejections
         self._progress = FlightProgress(self.rejections)
-        self.view = FormationView(plan)
-        self._absences = Absences(plan.names)
-        self._clocked = clocked
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._names = list(plan.names)
         self._topics = plan.topics
@@ -111,12 +75,9 @@ class RecorderNode:
             for index in range(len(self._names))
             for channel in satellite_channels(plan.topics, index)
         }
-        self._last_step = plan.timing.steps
-        self._reported = 0
-        self._slowest: tuple[_SteppedTopic, int] | None = None
-        self._channels: list[_SteppedTopic] = []
+        followed = subscribed_by(RECORDER, channels(plan.topics))
+        self.steps = RecorderSteps(plan, followed, self, clocked=clocked)
         self._authorised: list[AuthorisedPublishers] = []
-        self._last_status: FormationStatus | None = None
         try:
             self.bag = BagWriter(
                 folder,
@@ -138,7 +99,6 @@ class RecorderNode:
         self._endpoints = MatchedEndpoints(node)
         self._endpoints.require_subscribers(self._progress_publisher, [PLANT])
         self._endpoints.require_subscribers(self._ready_publisher, [PLANT])
-        followed = subscribed_by(RECORDER, channels(plan.topics))
         # First: losses and rejoins have to be known before messages are checked for gaps.
         self._subscribe_occasional(executor, "status", topic_table.STATUS, PLANT, self._on_status)
         for channel in followed:
@@ -146,74 +106,24 @@ class RecorderNode:
                 self._subscribe_occasional(
                     executor, channel.kind, channel.topic, channel.publishers[0], self._write_stepped
                 )
-        for channel in followed:
-            if channel.rhythm != "occasional":
-                self._subscribe_stepped(executor, channel)
+        stepped = [channel for channel in followed if channel.rhythm != "occasional"]
+        for channel, topic in zip(stepped, self.steps.topics, strict=True):
+            self._subscribe_stepped(executor, channel, topic)
         self._now = (0, 0)
         (health,) = [channel for channel in followed if channel.kind == "diagnostics"]
         self._subscribe_diagnostics(executor, health)
         self._health = Health(node, "recorder: bag", "recorder", self._condition, lambda: self._now)
         executor.add_periodic(self._health.due)
 
-    @property
-    def ended(self) -> FormationStatus | None:
-        """The plant's final status; None while the flight continues."""
-        return self.view.ended
-
-    def _may_be_further(self) -> bool:
-        """Whether the topic that was the slowest has had a message since.
-
-        While that topic is behind, this is asked at each message of all others, of which there may be
-        thousands: it does not look at every topic.
-        """
-        if self._slowest is not None and self._slowest[0].latest == self._slowest[1]:
-            return False
-        slowest = min(self._expected(), key=lambda channel: channel.latest)
-        self._slowest = slowest, slowest.latest
-        return True
-
     def _condition(self) -> Condition:
         """Condition of the recorder, for diagnostics."""
-        return self._progress.condition(max(0, self.recorded_step), {})
-
-    def _expected(self) -> list[_SteppedTopic]:
-        """Topics that have a message at every step at present; on the wall clock only those of the plant."""
-        alive = self.view.formation.alive & (not self._clocked)
-        present = [channel for channel in self._channels if channel.satellite < 0 or alive[channel.satellite]]
-        # An optional one has a message at every step from the first on, or none at all.
-        return [channel for channel in present if channel.latest >= 0 or not channel.optional]
-
-    @property
-    def recorded_step(self) -> int:
-        """Last step of which everything is in the bag; -1 before the first."""
-        return min(channel.latest for channel in self._expected())
-
-    def lacks_messages(self) -> bool:
-        """Whether messages are missing of the steps that were complete when the flight ended."""
-        ended = self.ended
-        return ended is not None and any(
-            channel.latest < min(channel.last, ended.step - 1) for channel in self._expected()
-        )
-
-    @property
-    def complete(self) -> bool:
-        """Whether every message of the whole flight is in the bag."""
-        return all(channel.latest >= channel.last for channel in self._expected())
-
-    def count_gaps(self) -> None:
-        """Count as missed what is absent though its satellite was not."""
-        for channel in self._channels:
-            for first, last in channel.gaps:
-                # On the wall clock satellites may miss steps.
-                if self._clocked and channel.satellite >= 0:
-                    continue
-                if not self._absences.explain(channel.satellite, channel.kind, first, last):
-                    self.missed.append(f"{channel.topic}: nothing from step {first} to {last}")
+        return self._progress.condition(max(0, self.steps.recorded_step), {})
 
     def summary(self) -> str:
         """Summary of the bag, as text."""
-        whole = "the whole flight" if self.complete else f"complete to step {self.recorded_step}"
-        gaps = f", {len(self.missed)} gaps" if self.missed else ""
+        steps, missing = self.steps, len(self.steps.missing())
+        whole = "the whole flight" if steps.complete else f"complete to step {steps.recorded_step}"
+        gaps = f", {missing} gaps" if missing else ""
         return f"bag: {self.folder}, {self.bag.messages} messages, {whole}{gaps}"
 
     def matched(self) -> bool:
@@ -237,39 +147,35 @@ class RecorderNode:
         name = self.node.resolve_topic_name(relative(topic))
         return self.bag.add_topic(name, described(message_type), [offered(profile)], role=topic)
 
-    def _subscribe_stepped(self, executor: StepExecutor, followed: Channel) -> None:
-        """Write every message of a topic that has one at each step, and notice a gap.
+    def _subscribe_stepped(self, executor: StepExecutor, followed: Channel, topic: SteppedTopic) -> None:
+        """Write every message of a topic that has one at each step.
 
         Args:
             executor: hands out the messages.
             followed: the topic.
+            topic: what is in the bag of it.
         """
-        topic, kind, (publisher,) = followed.topic, followed.kind, followed.publishers
-        satellite = self._names.index(publisher) if publisher in self._names else -1
-        about = self._about.get(topic, 0)
-        last = self._last_step - (followed.rhythm == "steps")
-        number = self._add_topic(topic, kind, qos.LOCKSTEP)
-        channel = _SteppedTopic(number, topic, kind, satellite, last, followed.optional)
+        name, kind, publishers = followed.topic, followed.kind, followed.publishers
+        number = self._add_topic(name, kind, qos.LOCKSTEP)
+        validate = self._validated_clock
         if kind != "clock":
-            channel.validator = validator_of(kind, topic, self._topics, about, self.rejections, self._stamps)
-        self._channels.append(channel)
+            about = self._about.get(name, 0)
+            validator = validator_of(kind, name, self._topics, about, self.rejections, self._stamps)
+            validate = validator.validate
 
         def _on_message(data: bytes, _name: str) -> None:
-            numbers = self._validated(channel, data)
+            numbers = validate(data, topic.latest + 1, self.steps.last_step)
             if numbers is None:
                 return
             seconds, nanoseconds, step = numbers[:3]
-            if step > channel.latest + 1:
-                channel.gaps.append((channel.latest + 1, step - 1))
-            channel.latest = step
-            self.bag.write(channel.number, seconds * NANOSECONDS + nanoseconds, data, step)
-            self._report_progress(step)
+            self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, step)
+            self.steps.note_message(topic, step)
 
-        authorised = self._authorise(topic, [publisher])
+        authorised = self._authorise(name, publishers)
         subscription = executor.subscribe(
-            self.node, topic_types.TYPES[kind], topic, _on_message, qos.LOCKSTEP_READER, authorised
+            self.node, topic_types.TYPES[kind], name, _on_message, qos.LOCKSTEP_READER, authorised
         )
-        if publisher == PLANT or not followed.optional:
+        if publishers == (PLANT,) or not followed.optional:
             self._endpoints.require_publishers(subscription, authorised)
 
     def _authorise(self, topic: str, names: Collection[str]) -> AuthorisedPublishers:
@@ -278,16 +184,14 @@ class RecorderNode:
         self._authorised.append(authorised)
         return authorised
 
-    def _validated(self, channel: _SteppedTopic, data: bytes) -> tuple[Any, ...] | None:
-        """Numbers of a valid message; None if it is rejected."""
-        if channel.validator is not None:
-            return channel.validator.validate(data, channel.latest + 1, self._last_step)
+    def _validated_clock(self, data: bytes, first: int, last: int) -> tuple[int, int, int] | None:
+        """Seconds, nanoseconds and step of a valid clock message, which has no header."""
         moment = self._read_clock(data)
-        if moment is None or not channel.latest < moment[2] <= self._last_step:
-            self.rejections.add(channel.topic, "another form, or a step that is not due")
+        if moment is None or not first <= moment[2] <= last:
+            self.rejections.add(topic_table.CLOCK, "another form, or a step that is not due")
             return None
         if self._stamps.contradict(*moment, exact=True):
-            self.rejections.add(channel.topic, CONTRADICTION)
+            self.rejections.add(topic_table.CLOCK, CONTRADICTION)
             return None
         self._now = moment[:2]
         return moment
@@ -364,33 +268,17 @@ class RecorderNode:
         )
 
     def _on_status(self, status: FormationStatus, channel: int) -> None:
-        if status == self._last_status:
-            # A retransmission while nothing changes.
+        if self.steps.is_repeated(status):
             return
-        self._last_status = status
         self._write_stepped(status, channel)
-        number = self.view.formation.number
-        if not self.view.take(status) or self.view.formation.number == number:
-            return
-        self._absences.take(status)
-        for name in status.lost:
+        for name in self.steps.take_status(status):
             for authorised in self._authorised:
                 authorised.allow_replacement(name)
-        # It may have been a lost satellite whose messages were missing.
-        self._slowest = None
-        self._report_progress(max(0, self.recorded_step))
 
-    def _report_progress(self, step: int) -> None:
-        if step < self._last_step - 1 and (
-            step < self._reported + _REPORT_EVERY or not self._may_be_further()
-        ):
-            return
-        reached = self._last_step if self.complete else self.recorded_step
-        if reached <= self._reported and not self.complete:
-            return
-        self._reported = reached
+    def publish_progress(self, step: int) -> None:
+        """Tell the plant that all messages up to a step are in the bag."""
         self.bag.flush()
-        seconds, nanoseconds = self._stamps.at(reached)
+        seconds, nanoseconds = self._stamps.at(step)
         self._progress_publisher.publish(
-            _RECORDER_PROGRESS.pack(seconds, nanoseconds, reached, self.bag.messages)
+            _RECORDER_PROGRESS.pack(seconds, nanoseconds, step, self.bag.messages)
         )
