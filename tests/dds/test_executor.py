@@ -8,6 +8,7 @@ import pytest
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from satform_nodes import LEAN
 from satform_nodes.runtime.formation_node import FormationNode
@@ -122,3 +123,32 @@ def test_without_anything_hot_what_is_not_hot_is_looked_at_until_the_time_is_up(
     executor.add_periodic(lambda: say.publish(String(data="cold")))
     assert executor.spin_until(lambda: bool(seen), LONG)
     assert not executor.spin_until(lambda: False, SHORT)
+
+
+def test_a_request_is_answered_at_a_background_poll_whatever_else_has_arrived(
+    observer: Node, executor: StepExecutor, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    heard: list[str] = []
+    answered: list[int] = []
+
+    def answer(_request: Trigger.Request, reply: Trigger.Response) -> Trigger.Response:
+        answered.append(len(answered))
+        return reply
+
+    executor.subscribe(observer, String, "/hot", into(heard), qos.LOCKSTEP_READER)
+    observer.create_service(Trigger, "/ask", answer)
+    say = observer.create_publisher(String, "/hot", qos.LOCKSTEP)
+    client = observer.create_client(Trigger, "/ask")
+    assert executor.spin_until(lambda: bool(say.get_subscription_count()), LONG)
+    assert client.wait_for_service(LONG)
+    assert not executor.spin_until(lambda: False, SHORT)
+    # Requests are not to wait for this.
+    monkeypatch.setattr(executor, "_housekeep", lambda: None)
+    for count in range(1, 6):
+        say.publish(String(data="news"))
+        # It stops in the middle of what is ready.
+        executor.spin_once(timeout_sec=0.0)
+        client.call_async(Trigger.Request())
+        say.publish(String(data="news"))
+        assert executor.spin_until(lambda count=count: len(answered) == count, LONG)
+    assert executor.spin_while(lambda: len(heard) < 10, LONG)

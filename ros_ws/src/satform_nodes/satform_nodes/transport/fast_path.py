@@ -53,6 +53,9 @@ LONGEST_WAIT = 0.02
 MANY_SUBSCRIPTIONS = 64
 """Number of messages of a step from which on subscriptions are waited for one after another."""
 
+_MOST_CALLBACKS = 64
+"""Callbacks of one background poll at most, beside those of the fast path."""
+
 STOCK = "SATFORM_STOCK_EXECUTOR"
 """Environment variable: which executor of rclpy does everything, to measure the gain of this one.
 
@@ -101,7 +104,7 @@ class FastPathExecutor(SingleThreadedExecutor):
         self._next_awaited: Callable[[], Any] | None = None
         self._single_wait_set: Any = None
         self._cold_wait_set: Any = None
-        self._requests_are_counted = False
+        self._requests_are_counted = self._requests_are_due = False
         self._next_housekeeping = 0.0
         self.next_background_poll = 0.0
 
@@ -345,9 +348,18 @@ class FastPathExecutor(SingleThreadedExecutor):
         """Execute what is ready of the services, actions, and subscriptions without a fast path."""
         if self._requests_are_counted:
             assert self._arrivals is not None  # noqa: S101 - it counts them
-            for _ in range(self._arrivals.take_requests()):
-                self.spin_once(timeout_sec=0.0)
-            return
+            self._requests_are_due |= self._arrivals.take_requests() > 0
+            if not self._requests_are_due:
+                return
+        # The parent class executes one callback at a time, those of subscriptions before those of services.
+        for _ in range(_MOST_CALLBACKS + 2 * len(self._hot)):
+            if not self._cold_is_ready():
+                self._requests_are_due = False
+                return
+            self.spin_once(timeout_sec=0.0)
+
+    def _cold_is_ready(self) -> bool:
+        """Whether there is something to be executed in the background wait set."""
         wait_set = self._cold_wait_set
         wait_set.clear_entities()
         for subscription in self._cold:
@@ -357,10 +369,7 @@ class FastPathExecutor(SingleThreadedExecutor):
         for action in self._actions:
             action.add_to_wait_set(wait_set)
         wait_set.wait(0)
-        ready = len(wait_set.get_ready_entities("subscription"))
-        ready += len(wait_set.get_ready_entities("service"))
-        for _ in range(ready):
-            self.spin_once(timeout_sec=0.0)
+        return any(wait_set.get_ready_entities(kind) for kind in ("subscription", "service"))
 
     def _housekeep(self) -> None:
         """Let the parent class poll all entities, and rebuild the background wait set."""
