@@ -92,10 +92,21 @@ class Operator:
         due = paused // 200 * 200 + (step if paused % 200 < step - 1 else step + 200)
         for _ in range(due - paused):
             self.ask(services.STEP)
+        self.wait_before(due)
         reply = self.set_graph(rows)
         assert reply.success
         assert reply.step == due
         return due
+
+    def wait_before(self, step: int) -> None:
+        """Wait until the single steps that were asked for are taken, and the flight stands before a step."""
+        end = time.monotonic() + 60.0
+        while True:
+            reply = self.call(Trigger, services.PAUSE, Trigger.Request())
+            if reply.message == f"the flight is paused already, before step {step}":
+                return
+            assert reply.message == "the flight is paused already, and takes a step"
+            assert time.monotonic() < end
 
     def set(self, satellite: str, name: str, value: object) -> object:
         kinds = {
@@ -133,6 +144,7 @@ def test_a_paused_flight_loses_nobody_takes_single_steps_and_keeps_its_bits(oper
     time.sleep(plant_timeout(timeout) + 1.0)  # tests that time alone, beyond all timeouts, loses no satellite
     taken = [operator.ask(services.STEP) for _ in range(3)]
     assert taken == [paused, paused + 1, paused + 2]
+    operator.wait_before(paused + 3)
     assert operator.ask(services.RESUME) == paused + 3
     bag = operator.landed()
     assert bag.events == {}

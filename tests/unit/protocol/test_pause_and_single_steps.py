@@ -42,10 +42,11 @@ def test_single_steps_asked_for_at_once_are_numbered_one_after_the_other(steps: 
     # Step 0 is under way: its states are published.
     assert steps.pause() == 1
     assert [steps.single_step() for _ in range(3)] == [1, 2, 3]
+    assert steps.paused_before is None
     for _ in range(6):
         command_all(steps)
     assert steps.membership.open
-    assert published_up_to(steps) == 3
+    assert (published_up_to(steps), steps.paused_before) == (3, 4)
     assert steps.single_step() == 4
     assert published_up_to(steps) == 4
 

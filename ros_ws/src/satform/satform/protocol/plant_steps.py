@@ -155,6 +155,12 @@ class PlantSteps:
         return self._paused
 
     @property
+    def paused_before(self) -> int | None:
+        """The step before which a paused flight stands; None while a step is under way, or to be taken."""
+        stands = self._paused and self.membership.open and not self._single_steps
+        return self.membership.step if stands else None
+
+    @property
     def waits_for_rejoin(self) -> bool:
         """Whether a satellite is awaited that the scenario brings back at this step."""
         return bool(self.membership.awaited)

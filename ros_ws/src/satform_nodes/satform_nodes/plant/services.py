@@ -36,6 +36,10 @@ class FlightControl(Protocol):
         """Whether steps are taken only when asked for."""
 
     @property
+    def paused_before(self) -> int | None:
+        """The step before which a paused flight stands; None while a step is under way, or to be taken."""
+
+    @property
     def last_step_taken(self) -> bool:
         """Whether no step follows in which something could take effect."""
 
@@ -70,7 +74,9 @@ class FormationServices:
 
     def _pause(self, _request: Any, reply: Any) -> Any:
         if self._control.paused:
-            return _failed(reply, "the flight is paused already")
+            step = self._control.paused_before
+            where = "and takes a step" if step is None else f"before step {step}"
+            return _failed(reply, f"the flight is paused already, {where}")
         if not self._control.flying:
             return _failed(reply, "the flight has not begun")
         return _done(reply, f"pauses before step {self._control.pause()}")
