@@ -25,6 +25,9 @@ class RecorderOutput(Protocol):
     def publish_progress(self, step: int) -> None:
         """Tell the plant that all messages up to a step are in the bag, after they have been written out."""
 
+    def take_arrived(self, satellite: int) -> None:
+        """Take the messages of a satellite that have arrived, by `RecorderSteps.note_message`."""
+
 
 @dataclass
 class SteppedTopic:
@@ -75,7 +78,7 @@ class RecorderSteps:
             clocked: whether the flight goes by the wall clock, on which satellites may skip steps.
             report_every: steps between two progress messages.
         """
-        names = list(plan.names)
+        names = self._names = list(plan.names)
         self.view = FormationView(plan)
         self.last_step = plan.timing.steps
         self.topics = [
@@ -96,6 +99,7 @@ class RecorderSteps:
         self._last_status: FormationStatus | None = None
         self._reported = 0
         self._slowest: tuple[SteppedTopic, int] | None = None
+        self._unknown: dict[int, int] = {}
 
     @property
     def ended(self) -> FormationStatus | None:
@@ -104,20 +108,30 @@ class RecorderSteps:
 
     def _expected(self) -> list[SteppedTopic]:
         """Topics that have a message at every step at present; on the wall clock only those of the plant."""
-        alive = self.view.formation.alive & (not self._clocked)
-        present = [topic for topic in self.topics if topic.satellite < 0 or alive[topic.satellite]]
+        alive, returns = self.view.formation.alive & (not self._clocked), self.view.formation.rejoined_at
+        present = [
+            topic
+            for topic in self.topics
+            # One that rejoins at the last state commands nothing any more.
+            if topic.satellite < 0
+            or (alive[topic.satellite] and returns.get(topic.satellite, 0) <= topic.last)
+        ]
         # An optional one has a message at every step from the first on, or none at all.
         return [topic for topic in present if topic.latest >= 0 or not topic.optional]
 
     @property
     def recorded_step(self) -> int:
-        """Last step of which everything is in the bag; -1 before the first."""
-        return min(topic.latest for topic in self._expected())
+        """Last step of which everything is in the bag; -1 before the first.
+
+        Also the status of its version: what happened up to this step cannot be read without it.
+        """
+        known = min(self._unknown.values(), default=self.last_step + 1) - 1
+        return min(known, *(topic.latest for topic in self._expected()))
 
     @property
     def complete(self) -> bool:
         """Whether every message of the whole flight is in the bag."""
-        return all(topic.latest >= topic.last for topic in self._expected())
+        return not self._unknown and all(topic.latest >= topic.last for topic in self._expected())
 
     def lacks_messages(self) -> bool:
         """Whether messages are missing of the steps that were complete when the flight ended."""
@@ -137,8 +151,16 @@ class RecorderSteps:
             and not self._absences.explain(topic.satellite, topic.kind, first, last)
         ]
 
-    def note_message(self, topic: SteppedTopic, step: int) -> None:
-        """Note that a message is in the bag, of a later step than the one before on its topic."""
+    def note_message(self, topic: SteppedTopic, step: int, version: int = 0) -> None:
+        """Note that a message is in the bag, of a later step than the one before on its topic.
+
+        Args:
+            topic: on which it came.
+            step: of the message.
+            version: of the formation, in a state.
+        """
+        if version > self.view.formation.number:
+            self._unknown.setdefault(version, step)
         if step > topic.latest + 1:
             topic.gaps.append((topic.latest + 1, step - 1))
         topic.latest = step
@@ -152,9 +174,13 @@ class RecorderSteps:
         """Take in a status that is in the bag; names of satellites that it says to be lost since the last."""
         self._last_status = status
         number = self.view.formation.number
+        for name in set(status.lost) & set(self._names) if status.version > number else ():
+            # It does not count from now on; what has arrived of it is to be in the bag before a report.
+            self._output.take_arrived(self._names.index(name))
         if not self.view.take(status) or self.view.formation.number == number:
             return []
         self._absences.take(status)
+        self._unknown = {each: step for each, step in self._unknown.items() if each > status.version}
         self._slowest = None
         # It may have been a lost satellite whose messages were missing.
         self._report_progress(max(0, self.recorded_step))

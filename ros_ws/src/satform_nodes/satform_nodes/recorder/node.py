@@ -40,7 +40,7 @@ from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_forms import validator_of
+from satform_nodes.transport.message_forms import form_of, validator_of
 from satform_nodes.transport.node_error import NodeError
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
@@ -78,6 +78,8 @@ class RecorderNode:
         followed = subscribed_by(RECORDER, channels(plan.topics))
         self.steps = RecorderSteps(plan, followed, self, clocked=clocked)
         self._authorised: list[AuthorisedPublishers] = []
+        self._executor = executor
+        self._subscriptions: dict[int, list[Any]] = {}
         try:
             self.bag = BagWriter(
                 folder,
@@ -157,11 +159,12 @@ class RecorderNode:
         """
         name, kind, publishers = followed.topic, followed.kind, followed.publishers
         number = self._add_topic(name, kind, qos.LOCKSTEP)
-        validate = self._validated_clock
+        validate, fields = self._validated_clock, ()
         if kind != "clock":
             about = self._about.get(name, 0)
             validator = validator_of(kind, name, self._topics, about, self.rejections, self._stamps)
-            validate = validator.validate
+            validate, fields = validator.validate, form_of(kind, self._topics, about).fields
+        version = fields.index("formation_version") if "formation_version" in fields else None
 
         def _on_message(data: bytes, _name: str) -> None:
             numbers = validate(data, topic.latest + 1, self.steps.last_step)
@@ -169,12 +172,13 @@ class RecorderNode:
                 return
             seconds, nanoseconds, step = numbers[:3]
             self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, step)
-            self.steps.note_message(topic, step)
+            self.steps.note_message(topic, step, 0 if version is None else numbers[version])
 
         authorised = self._authorise(name, publishers)
         subscription = executor.subscribe(
             self.node, topic_types.TYPES[kind], name, _on_message, qos.LOCKSTEP_READER, authorised
         )
+        self._subscriptions.setdefault(topic.satellite, []).append(subscription)
         if publishers == (PLANT,) or not followed.optional:
             self._endpoints.require_publishers(subscription, authorised)
 
@@ -274,6 +278,11 @@ class RecorderNode:
         for name in self.steps.take_status(status):
             for authorised in self._authorised:
                 authorised.allow_replacement(name)
+
+    def take_arrived(self, satellite: int) -> None:
+        """Take the messages of a satellite that have arrived."""
+        for subscription in self._subscriptions.get(satellite, ()):
+            self._executor.take_arrived(subscription)
 
     def publish_progress(self, step: int) -> None:
         """Tell the plant that all messages up to a step are in the bag."""

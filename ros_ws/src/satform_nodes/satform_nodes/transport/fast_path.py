@@ -195,6 +195,10 @@ class FastPathExecutor(SingleThreadedExecutor):
             self._background.append(filtered)
         return subscription
 
+    def take_arrived(self, subscription: Any) -> None:
+        """Call the callback of a subscription of the fast path with all messages that have arrived."""
+        self._filtered[id(subscription)].take_all()
+
     def unsubscribe(self, node: Node, subscription: Any) -> None:
         """Remove a subscription that is not vital.
 
