@@ -28,6 +28,8 @@ TOPICS = ("/sat1/state", "/sat1/command", "/sat1/arc_length", "/sat2/command", "
 
 STEPS = 2
 
+WITH_LONG_TESTS = pytest.mark.skipif(LONG not in os.environ, reason=f"NOT TESTED: set {LONG}=1")
+
 
 @dataclass
 class Published:
@@ -190,13 +192,7 @@ def every_order(given: Published, lost: int) -> Iterator[Recording]:
                 left.append(following)
 
 
-@pytest.mark.parametrize(
-    "lost",
-    [
-        0,
-        pytest.param(1, marks=pytest.mark.skipif(LONG not in os.environ, reason=f"NOT TESTED: set {LONG}=1")),
-    ],
-)
+@pytest.mark.parametrize("lost", [0, pytest.param(1, marks=WITH_LONG_TESTS)])
 def test_a_reported_step_and_all_before_it_are_in_the_bag(lost: int) -> None:
     count = 0
     for data in flights_with_changes():

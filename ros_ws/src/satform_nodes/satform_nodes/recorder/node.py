@@ -159,7 +159,8 @@ class RecorderNode:
         """
         name, kind, publishers = followed.topic, followed.kind, followed.publishers
         number = self._add_topic(name, kind, qos.LOCKSTEP)
-        validate, fields = self._validated_clock, ()
+        validate: Callable[[bytes, int, int], tuple[Any, ...] | None] = self._validated_clock
+        fields: tuple[str, ...] = ()
         if kind != "clock":
             about = self._about.get(name, 0)
             validator = validator_of(kind, name, self._topics, about, self.rejections, self._stamps)
