@@ -326,8 +326,12 @@ def gallery(
     ] = False,
 ) -> None:
     """Fly the shipped scenarios, write docs/gallery.md, and draw the pages of the triangle for docs/."""
+    from satform_tools.docs import page_pictures
     from satform_tools.report import gallery as gallery_page
     from satform_tools.run import shipped_files
 
     shipped_files.require_checkout("the gallery is made")
-    raise typer.Exit(gallery_page.make(names or (), stale=stale))
+    code = gallery_page.make(names or (), stale=stale)
+    if not names or page_pictures.SCENARIO in names:
+        page_pictures.make(stale=stale)
+    raise typer.Exit(code)

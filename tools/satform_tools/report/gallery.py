@@ -21,7 +21,7 @@ from satform.plot.style import STYLE
 from satform.scenario import Scenario
 from satform.scenario.expectation import Verdict
 from satform_tools import console
-from satform_tools.report import gallery_picture, page_pictures
+from satform_tools.report import gallery_picture
 from satform_tools.report.plots.overview import overview
 from satform_tools.run import scenario_library
 
@@ -55,7 +55,6 @@ def make(names: Sequence[str], *, stale: bool) -> int:
         Exit code: 1 when a scenario missed an expectation.
 
     Raises:
-        BrowserError: the browser that draws the pages' pictures fails.
         CommandError: a name is not that of a shipped scenario.
         ScenarioError: a scenario cannot fly.
         OSError: the pictures or the page cannot be written.
@@ -65,8 +64,7 @@ def make(names: Sequence[str], *, stale: bool) -> int:
     missed = 0
     for name in names or known:
         scenario = scenario_library.load(name)
-        is_shown = name == page_pictures.SCENARIO
-        if not stale or not is_current(scenario) or (is_shown and not page_pictures.are_current(scenario)):
+        if not (stale and is_current(scenario)):
             missed += not _fly_and_draw(scenario)
     PAGE.write_text(page(), encoding="utf-8")
     console.line(f"{PAGE.relative_to(scenario_library.ROOT)} is written")
@@ -121,8 +119,6 @@ def _fly_and_draw(scenario: Scenario) -> bool:
     verdicts = evaluate(scenario, record)
     with mpl.rc_context(STYLE):
         save(overview(scenario, record), scenario, verdicts, picture(scenario.name))
-    if scenario.name == page_pictures.SCENARIO:
-        page_pictures.make(scenario, record)
     met = all(verdict.met for verdict in verdicts)
     console.line(f"{scenario.name}: {'as expected' if met else 'MISSED'}", "" if met else "bold red")
     return met

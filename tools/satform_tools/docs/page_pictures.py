@@ -14,7 +14,7 @@ from pathlib import Path
 from PIL import Image
 
 from satform.bag.events import Events
-from satform.record.flight_record import FlightRecord
+from satform.flight.simulate import simulate
 from satform.scenario import Scenario
 from satform_tools import console
 from satform_tools.live.render import PARTS as LIVE_PARTS
@@ -40,18 +40,11 @@ _SHOWN_AT = 5000.0
 """Simulated time at which the live page is shown, s."""
 
 
-def are_current(scenario: Scenario) -> bool:
-    """Whether the pictures were made from the present pages and scenario."""
-    wanted = _digest(scenario)
-    return all(gallery_picture.texts(file, {_DIGEST}).get(_DIGEST) == wanted for file in (REPORT, LIVE_PAGE))
-
-
-def make(scenario: Scenario, record: FlightRecord) -> None:
-    """Draw both pictures; without a browser they stay as they are, and a note says so.
+def make(*, stale: bool) -> None:
+    """Fly the scenario and draw both pictures; without a browser they stay as they are, and a note says so.
 
     Args:
-        scenario: that was flown.
-        record: of the flight.
+        stale: whether to draw them only if scenario or pages have changed since.
 
     Raises:
         BrowserError: the browser fails.
@@ -60,7 +53,10 @@ def make(scenario: Scenario, record: FlightRecord) -> None:
     if chromium() is None:
         console.note(f"{REPORT.name} and {LIVE_PAGE.name} are not drawn: there is no Chromium here")
         return
-    stored = StoredRun(Path(scenario.name), scenario, record, True, {}, Events((), ()))
+    scenario = scenario_library.load(SCENARIO)
+    if stale and _are_current(scenario):
+        return
+    stored = StoredRun(Path(scenario.name), scenario, simulate(scenario), True, {}, Events((), ()))
     with tempfile.TemporaryDirectory() as name, browsing(Path(name) / "profile") as browser:
         report = Path(name) / "report.html"
         report.write_text(page_of(stored), encoding="utf-8")
@@ -77,6 +73,11 @@ def make(scenario: Scenario, record: FlightRecord) -> None:
             _draw(browser, LIVE_PAGE, scenario, (1440, 900))
             browser.call("Page.navigate", url="about:blank")
     console.line(f"{REPORT.name} and {LIVE_PAGE.name} are drawn")
+
+
+def _are_current(scenario: Scenario) -> bool:
+    wanted = _digest(scenario)
+    return all(gallery_picture.texts(file, {_DIGEST}).get(_DIGEST) == wanted for file in (REPORT, LIVE_PAGE))
 
 
 @contextmanager
