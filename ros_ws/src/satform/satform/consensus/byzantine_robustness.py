@@ -222,16 +222,16 @@ def _smallest_over_pairs(combine: np.ufunc, value: Counts) -> int:
 
 def _sentence(count: int, local: bool, total: bool, exact: bool) -> str:
     if local and count == 0:
-        return "honest satellites agree; nobody may lie"
+        return "honest satellites agree, and no Byzantine agent is tolerated"
     some = "1 Byzantine agent" if count == 1 else f"{count} Byzantine agents"
     if local:
         return f"honest satellites agree with up to {some} among the neighbours of each, wherever they are"
     if total:
-        return f"honest satellites agree with up to {some} in the whole formation that tell all the same"
+        return f"honest satellites agree with up to {some} in the whole formation that send all the same"
     if not exact:
         return (
             f"nothing is known of {some}: beyond {MAXIMUM_SATELLITES} satellites there are only lower bounds"
         )
     if count == 0:
-        return "satellites need not agree: some words do not reach far enough"
+        return "satellites need not agree: the graph is not connected enough for it"
     return f"nothing is promised with {some}, nor when all are honest: too many neighbours are ignored"
