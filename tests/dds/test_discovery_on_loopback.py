@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Processes of a run use the loopback interface only; satellites with lean nodes fly the same bits."""
 
+import json
 from pathlib import Path
 
 import pytest
 
 from flights import shortened
 from flown import assert_as_in_one_process, flown, processes_of
+from satform.scenario import parse_scenario
 from satform_bringup.deployment import local_discovery
+from satform_tools.bench.scaling import ring
 from satform_tools.cli import main as cli
 from satform_tools.report import trace as flight_trace
 from satform_tools.report.plots import trace as trace_plot
@@ -65,6 +68,32 @@ def test_a_flight_of_lean_nodes_has_the_bits_of_the_in_process_run(
     flight, bag = flown(shortened(*SCENARIO), tmp_path)
     assert not flight.lost, flight.reason
     assert_as_in_one_process(bag)
+
+
+def test_processes_of_a_larger_run_have_the_ports_at_which_their_partners_call_them(tmp_path: Path) -> None:
+    bound: dict[str, set[int]] = {}
+
+    def look(_done: int, _all: int) -> None:
+        if bound:
+            return
+        table = [line.split() for line in Path("/proc/net/udp").read_text().splitlines()[1:]]
+        for name, process in processes_of(tmp_path).items():
+            own = sockets_of(process)
+            bound[name] = {int(row[1].partition(":")[2], 16) for row in table if row[9] in own}
+
+    flight, bag = flown(parse_scenario(ring(7, 200).to_json()), tmp_path, look)
+    assert not flight.lost, flight.reason
+    assert_as_in_one_process(bag)
+    nodes = json.loads((tmp_path / "processes.json").read_text())["nodes"]
+    assert (
+        {node["name"] for node in nodes} == set(bound) == {"plant", "recorder", *(f"s{i}" for i in range(7))}
+    )
+    for node in nodes:
+        profile = Path(node["environment"]["FASTDDS_DEFAULT_PROFILES_FILE"]).read_text()
+        port = int(
+            profile.partition("<metatrafficUnicastLocatorList>")[2].partition("<port>")[2].partition("<")[0]
+        )
+        assert port in bound[node["name"]]
 
 
 def test_a_profiled_run_leaves_its_trace_for_viewers_and_as_a_picture(tmp_path: Path) -> None:

@@ -74,9 +74,9 @@ TAKE_A_SCENARIO = {
     "satform_bringup.supervisor.run",
     "satform.bag.reader",
     "satform_nodes.bag.writer",
-    "satform_nodes.preload",
     "satform_nodes.recorder.node",
     "satform_nodes.runtime.lifecycle",
+    "satform_nodes.runtime.shared_plan",
 }
 """Modules outside the room of scenarios that take a whole one: what varies it case by case, compiles it into
 plans, flies it, judges it, plots it, starts it, or keeps it in a bag. Every other part of a flight takes its

@@ -369,3 +369,20 @@ def test_a_part_built_in_python_tells_its_kind_like_one_from_a_file() -> None:
         "kind": "circle",
         "radius": 5.0,
     }
+
+
+def test_a_kind_that_a_scenario_does_not_have_is_not_loaded() -> None:
+    code = (
+        "import sys; from satform.scenario import load_scenario; load_scenario(sys.argv[1]); "
+        "print([name in sys.modules for name in sys.argv[2:]])"
+    )
+    triangle = str(Path(__file__).parents[3] / "scenarios" / "triangle.yaml")
+    modules = ["satform.control.sliding_mode", "satform.control.lqi", "satform.equipment.sensors.gnss"]
+    ended = subprocess.run(
+        [sys.executable, "-c", code, triangle, *modules],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert ended.stdout.strip() == "[True, False, False]"

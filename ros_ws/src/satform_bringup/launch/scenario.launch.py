@@ -4,6 +4,7 @@
 
 import signal
 import sys
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -22,7 +23,7 @@ from satform.membership.formation import MembershipPlan, is_lost_at, rejoins_aft
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, PACKAGE
-from satform_bringup.deployment import external_nodes, local_discovery, preflight
+from satform_bringup.deployment import external_nodes, local_discovery, participant_ports, preflight
 from satform_bringup.deployment.node_processes import NodeProcess, processes
 from satform_bringup.supervisor.launch_report import refuse_unknown_arguments, result
 from satform_bringup.supervisor.run_registry import hold_shell_domain
@@ -30,6 +31,9 @@ from satform_bringup.supervisor.supervisor import SHUTDOWN_TIMEOUT
 from satform_nodes.runtime.start_parameters import STOPPED_EXIT_CODE
 
 ARGUMENTS = ("scenario", "mode", "rate", "set", "record", "out", "group", "display", "namespace")
+
+_PORTS = ExitStack()
+"""Ports that are held for the processes."""
 
 _NAMESPACE = "ros_namespace"
 """Where `PushRosNamespace` leaves a namespace, and nodes look for it."""
@@ -115,6 +119,9 @@ def _nodes(context: LaunchContext) -> list[Node | LogInfo]:
     count = len(started) + len(plan.external)
     environment = local_discovery.variables(count, len(scenario.satellites), out)
     environment |= preflight.log_variables(out)
+    if local_discovery.on_loopback_alone():
+        # Ports are held like the domain: as long as this process lives.
+        started = _PORTS.enter_context(participant_ports.assigned(started, plan, domain, out))
     flight = _Flight(scenario, plan.membership, bag, environment)
     nodes = [_node(process, flight) for process in started]
     if not plan.external:
@@ -164,7 +171,7 @@ def _node(process: NodeProcess, flight: _Flight) -> Node:
         exec_name=process.name,
         arguments=launched.arguments(),
         output="screen",
-        additional_env=flight.environment,
+        additional_env=flight.environment | process.environment,
         # As long as `satform run` gives them: a bag is to be closed before anyone is killed.
         sigterm_timeout=str(SHUTDOWN_TIMEOUT),
         sigkill_timeout=str(SHUTDOWN_TIMEOUT),

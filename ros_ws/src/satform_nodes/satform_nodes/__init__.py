@@ -4,3 +4,7 @@
 
 LEAN = "SATFORM_LEAN"
 """Environment variable: when set, all nodes of the process do without what costs most among many nodes."""
+
+SHARED_SCENARIO = "SATFORM_SHARED_SCENARIO"
+"""Environment variable of the process server: the file, in a folder of this user's, by which it is given the
+scenario that `runtime.shared_plan` compiles."""

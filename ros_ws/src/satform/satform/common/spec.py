@@ -13,10 +13,11 @@ import ast
 import functools
 import inspect
 import itertools
+import re
 import sys
 import types
-from collections.abc import Iterator, Sequence
-from importlib.metadata import entry_points
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.metadata import EntryPoint, entry_points
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import (
@@ -27,9 +28,11 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    TypeAdapter,
+    ValidationInfo,
 )
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
 
 FieldPath = tuple[int | str, ...]
 """Names of fields and indices in lists, from the top of a scenario or of a specification."""
@@ -80,29 +83,46 @@ def field_description(spec: type[BaseModel], name: str) -> str:
     if declared:
         return declared
     owner = next((base for base in spec.__mro__ if name in inspect.get_annotations(base)), None)
-    return "" if owner is None else _docstrings(owner.__module__).get((owner.__qualname__, name), "")
+    return "" if owner is None else _docstrings(owner).get(name, "")
 
 
 @functools.cache
-def _docstrings(module: str) -> dict[tuple[str, str], str]:
-    """The docstrings of annotated fields of a module by class and field; none where it has no source."""
+def _docstrings(owner: type) -> dict[str, str]:
+    """The docstrings of a class's annotated fields; none where it has no source."""
     try:
-        tree = ast.parse(inspect.getsource(sys.modules[module]))
+        source = inspect.getsource(sys.modules[owner.__module__])
+        tree = _parsed(source, owner.__qualname__.partition(".")[0])
     except (KeyError, OSError, TypeError):
         return {}
-    return dict(_field_docstrings(tree, ""))
+    # A class within another one, or within a function.
+    for name in owner.__qualname__.replace("<locals>.", "").split("."):
+        tree = next((node for node in ast.walk(tree) if node is not tree and _name(node) == name), tree)
+    return dict(_field_docstrings(tree))
 
 
-def _field_docstrings(node: ast.AST, prefix: str) -> Iterator[tuple[tuple[str, str], str]]:
-    """Class and field, and the docstring, of all annotated fields within a part of a syntax tree."""
-    for own, following in itertools.pairwise([*ast.iter_child_nodes(node), ast.Pass()]):
+def _parsed(source: str, name: str) -> ast.AST:
+    """A module, only as far as it defines a name where its lines tell: a whole one takes long to parse."""
+    lines = source.splitlines()
+    begins = re.compile(rf"(class|def|async def) {re.escape(name)}\b")
+    first = next((number for number, line in enumerate(lines) if begins.match(line)), 0)
+    following = (number for number in range(first + 1, len(lines)) if re.match(r"[\w@]", lines[number]))
+    try:
+        return ast.parse("\n".join(lines[first : next(following, len(lines))]))
+    except SyntaxError:
+        # A text over several lines looked like the next statement.
+        return ast.parse(source)
+
+
+def _name(node: ast.AST) -> str:
+    return str(getattr(node, "name", ""))
+
+
+def _field_docstrings(node: ast.AST) -> Iterator[tuple[str, str]]:
+    """Name and docstring of all annotated fields of a class."""
+    for own, following in itertools.pairwise(ast.iter_child_nodes(node)):
         match own, following:
-            case ast.ClassDef(), _:
-                yield from _field_docstrings(own, f"{prefix}{own.name}.")
-            case ((ast.FunctionDef() | ast.AsyncFunctionDef()), _):
-                yield from _field_docstrings(own, f"{prefix}{own.name}.<locals>.")
             case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
-                yield (prefix.removesuffix("."), name), inspect.cleandoc(text)
+                yield name, inspect.cleandoc(text)
 
 
 def require_consistent(complaints: Sequence[Complaint]) -> None:
@@ -209,12 +229,30 @@ def specs(group: str) -> dict[str, type[Spec]]:
 
 
 class Plugin:
-    """Annotation of a field that holds any registered specification of one entry point group."""
+    """Annotation of a field that holds any registered specification of one entry point group.
+
+    A group with specifications of the library alone loads and builds a kind when it is first used, since most
+    scenarios have few of all kinds. One with a specification of another package is checked as a whole.
+    """
 
     def __init__(self, group: str) -> None:
         self.group = group
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        if _own_kinds(self.group):
+            return core_schema.with_info_plain_validator_function(self._validated)
+        return handler.generate_schema(self._union(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        """All kinds, as the schema of a union that is told apart by them."""
+        if schema["type"] != "function-plain":
+            return handler(schema)
+        return handler(TypeAdapter(self._union(Spec)).core_schema)
+
+    def _union(self, source: Any) -> Any:
+        """The type of all registered specifications."""
         choices = tuple(specs(self.group).values())
         if not choices:
             raise TypeError(f"no entry point is registered in the group {self.group}")
@@ -222,6 +260,35 @@ class Plugin:
             if not issubclass(choice, source):
                 name = f"{choice.__module__}:{choice.__qualname__}"
                 raise TypeError(f"{name} is registered in {self.group} but is not a {source.__name__}")
-        if len(choices) == 1:
-            return handler.generate_schema(choices[0])
-        return handler.generate_schema(Annotated[Union[choices], Discriminator("kind")])  # noqa: UP007
+        return choices[0] if len(choices) == 1 else Annotated[Union[choices], Discriminator("kind")]  # noqa: UP007
+
+    def _validated(self, value: Any, info: ValidationInfo) -> Any:
+        """The specification of a kind, of which the value is either one or the fields."""
+        kinds = _own_kinds(self.group)
+        kind: Any
+        if len(kinds) == 1:
+            (kind,) = kinds
+        elif isinstance(value, Mapping):
+            kind = value.get("kind", _NO_KIND)
+        elif isinstance(value, Spec):
+            kind = getattr(value, "kind", _NO_KIND)
+        else:
+            raise PydanticKnownError("model_attributes_type")
+        if kind is _NO_KIND:
+            raise PydanticKnownError("union_tag_not_found", {"discriminator": "'kind'"})
+        if not isinstance(kind, str) or kind not in kinds:
+            expected = ", ".join(repr(name) for name in kinds)
+            context = {"discriminator": "'kind'", "tag": str(kind), "expected_tags": expected}
+            raise PydanticKnownError("union_tag_invalid", context)
+        return kinds[kind].load().model_validate(value, context=info.context)
+
+
+_NO_KIND = object()
+
+
+@functools.cache
+def _own_kinds(group: str) -> dict[str, EntryPoint]:
+    """The entry points of a group by their names; none where another package has registered some."""
+    found = sorted(installed_entry_points().select(group=group), key=lambda entry: entry.name)
+    own = all(entry.value.startswith(f"{__package__.partition('.')[0]}.") for entry in found)
+    return {entry.name: entry for entry in found} if own else {}

@@ -37,7 +37,10 @@ _BACKLOG = 8
 _CREDENTIALS = struct.Struct("3i")
 """Linux's `struct ucred`: process, user, group."""
 
-_FIRST_PORT, _PORTS_OF_A_DOMAIN = 7400, 250
+_FIRST_PORT, _PORTS_OF_A_DOMAIN, _FIRST_OF_PARTICIPANTS = 7400, 250, 10
+
+_LAST_PORT = 65535
+"""Of UDP."""
 
 _HELD = "SATFORM_HOLDS_DOMAIN"
 """Environment variable for child processes: the domain that this process holds for them."""
@@ -169,15 +172,31 @@ def domains_with_participants() -> set[int]:
 
     By the DDS standard's formula (RTPS 2.2, section 9.6.1.1) domain d has the ports from 7400 + 250 d on.
     """
+    ports = bound_ports()
+    return {(port - _FIRST_PORT) // _PORTS_OF_A_DOMAIN for port in ports if port >= _FIRST_PORT}
+
+
+def bound_ports() -> set[int]:
+    """UDP ports that are bound on this machine, on whatever address."""
     found: set[int] = set()
     for table in ("/proc/net/udp", "/proc/net/udp6"):
         try:
             rows = Path(table).read_text(encoding="ascii").splitlines()[1:]
         except OSError:
             continue
-        ports = [int(row.split()[1].rpartition(":")[2], 16) for row in rows]
-        found |= {(port - _FIRST_PORT) // _PORTS_OF_A_DOMAIN for port in ports if port >= _FIRST_PORT}
+        found |= {int(row.split()[1].rpartition(":")[2], 16) for row in rows}
     return found
+
+
+def discovery_ports(domain: int, count: int) -> range:
+    """UDP ports at which participants of a domain are called, by the same formula.
+
+    Args:
+        domain: DDS domain.
+        count: of participants; the last domains have ports for fewer.
+    """
+    first = _FIRST_PORT + _PORTS_OF_A_DOMAIN * domain + _FIRST_OF_PARTICIPANTS
+    return range(first, min(first + 2 * count, _LAST_PORT), 2)
 
 
 def _in_order() -> list[int]:

@@ -64,12 +64,19 @@ def variables(processes: int, satellites: int, folder: Path) -> dict[str, str]:
         )
     period = middleware.heartbeat(satellites)
     lean = {LEAN: "1"} if processes > MAX_FULL_PROCESSES else {}
-    ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
-    if ranged or middleware.is_configured():
+    if not on_loopback_alone():
         return lean | middleware.write_profile(folder, period)
-    profile = middleware.write_profile(folder, period, middleware.LOOPBACK_ALONE)
+    profile = middleware.write_profile(
+        folder, period, middleware.on_loopback(), response=middleware.RESPONSE_ON_LOOPBACK
+    )
     # In this range alone rmw_fastrtps goes by the profile; the deprecated variable would overrule the range.
     return lean | {RANGE: "SYSTEM_DEFAULT", "ROS_LOCALHOST_ONLY": ""} | profile
+
+
+def on_loopback_alone() -> bool:
+    """Whether processes use the loopback interface alone: the environment has no wish of its own."""
+    ranged = os.environ.get(RANGE, "LOCALHOST") != "LOCALHOST" or os.environ.get("ROS_STATIC_PEERS")
+    return not ranged and not middleware.is_configured()
 
 
 @contextmanager

@@ -9,6 +9,7 @@ The profile also selects the transports.
 """
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 FILE = "middleware.xml"
@@ -30,19 +31,8 @@ machine, s: one acknowledgement is for the messages of several steps then. Each 
 RESPONSE = 0.005
 """The same elsewhere, the middleware's own: what a network loses is asked for soon, s."""
 
-LOOPBACK_ALONE = """
-      <builtin>
-        <metatrafficUnicastLocatorList>
-          <locator><udpv4><address>127.0.0.1</address></udpv4></locator>
-        </metatrafficUnicastLocatorList>
-        <initialPeersList>
-          <locator><udpv4><address>127.0.0.1</address></udpv4></locator>
-        </initialPeersList>
-      </builtin>
-      <userTransports><transport_id>loopback</transport_id></userTransports>
-      <useBuiltinTransports>false</useBuiltinTransports>"""
-"""Participants call at each other's ports on the loopback interface, and talk through sockets there. The
-system takes a socket away with its process, however that ends."""
+ADDRESS = "127.0.0.1"
+"""Of the loopback interface."""
 
 PATIENT_ANNOUNCEMENTS = """
       <builtin>
@@ -54,10 +44,22 @@ PATIENT_ANNOUNCEMENTS = """
 """Participants bridge losses while they look for each other."""
 
 _ROOM = 4 * 2**20
-"""What a socket is to hold until it is read, bytes; the system grants as much of it as it allows."""
+"""What a socket is to hold until it is read, bytes; the system grants as much of it as it allows.
+
+A process that announces its endpoints to one that it has discovered sends heartbeats to all that it knows.
+There are fewer of them if the socket by which it sends holds more.
+"""
 
 PORTS = 100
 """Ports that Fast DDS tries for a participant of a domain on a machine, and at which all are called."""
+
+_LOOPBACK = """
+      <builtin>
+        <metatrafficUnicastLocatorList>{own}</metatrafficUnicastLocatorList>
+        <initialPeersList>{called}</initialPeersList>
+      </builtin>
+      <userTransports><transport_id>loopback</transport_id></userTransports>
+      <useBuiltinTransports>false</useBuiltinTransports>"""
 
 _PROFILES = """\
 <?xml version="1.0" encoding="UTF-8"?>
@@ -66,9 +68,10 @@ _PROFILES = """\
     <transport_descriptor>
       <transport_id>loopback</transport_id>
       <type>UDPv4</type>
+      <sendBufferSize>{room}</sendBufferSize>
       <receiveBufferSize>{room}</receiveBufferSize>
       <maxInitialPeersRange>{ports}</maxInitialPeersRange>
-      <interfaceWhiteList><address>127.0.0.1</address></interfaceWhiteList>
+      <interfaceWhiteList><address>{address}</address></interfaceWhiteList>
     </transport_descriptor>
   </transport_descriptors>
   <participant profile_name="satform" is_default_profile="true">
@@ -99,13 +102,35 @@ def is_configured() -> bool:
     return any(os.environ.get(name) for name in VARIABLES)
 
 
-def write_profile(folder: Path, period: float, participant: str = "") -> dict[str, str]:
+def on_loopback(own: int | None = None, called: Sequence[int] = ()) -> str:
+    """Settings of a participant that calls others on the loopback interface, and talks through sockets there.
+
+    The system takes a socket away with its process, however that ends.
+
+    Args:
+        own: UDP port on which it is called, or the next free one; None for the first free one.
+        called: ports that it calls; none for those of all participants.
+    """
+    found = "".join(map(_locator, called)) or _locator(None)
+    return _LOOPBACK.format(own=_locator(own), called=found)
+
+
+def _locator(port: int | None) -> str:
+    number = "" if port is None else f"<port>{port}</port>"
+    return f"<locator><udpv4>{number}<address>{ADDRESS}</address></udpv4></locator>"
+
+
+def write_profile(
+    folder: Path, period: float, participant: str = "", *, response: float = RESPONSE, name: str = FILE
+) -> dict[str, str]:
     """Write the file, unless the environment names one.
 
     Args:
         folder: of the run; exists.
         period: of the writers' heartbeats, s.
-        participant: `LOOPBACK_ALONE`, `PATIENT_ANNOUNCEMENTS`, or nothing.
+        participant: settings by `on_loopback`, `PATIENT_ANNOUNCEMENTS`, or nothing.
+        response: delay of the readers' acknowledgements, s.
+        name: of the file.
 
     Returns:
         Environment variables by which the middleware finds it.
@@ -116,14 +141,14 @@ def write_profile(folder: Path, period: float, participant: str = "") -> dict[st
     if is_configured():
         return {}
     seconds, nanoseconds = divmod(round(period * 1e9), 10**9)
-    file = folder.absolute() / FILE
-    response = RESPONSE_ON_LOOPBACK if participant == LOOPBACK_ALONE else RESPONSE
+    file = folder.absolute() / name
     text = _PROFILES.format(
         participant=participant,
         seconds=seconds,
         nanoseconds=nanoseconds,
         response=round(response * 1e9),
         room=_ROOM,
+        address=ADDRESS,
         ports=PORTS,
     )
     file.write_text(text, encoding="utf-8")

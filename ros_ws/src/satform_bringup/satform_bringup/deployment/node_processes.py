@@ -25,6 +25,7 @@ class NodeProcess:
         optional: whether the flight goes on without it, however it ends, and nobody waits for its end.
         enclave: where its keys are in a keystore; empty when it has none.
         namespace: of all nodes in it and of their topics; empty for the root.
+        environment: variables that it has beside or instead of those of all processes.
     """
 
     name: str
@@ -33,6 +34,7 @@ class NodeProcess:
     optional: bool = False
     enclave: str = ""
     namespace: str = ""
+    environment: dict[str, str] = field(default_factory=dict)
 
     def arguments(self) -> list[str]:
         """Command line after the executable: the node's name and its parameters."""

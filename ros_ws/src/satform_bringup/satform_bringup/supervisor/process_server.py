@@ -14,6 +14,7 @@ import atexit
 import ctypes
 import importlib
 import multiprocessing
+import multiprocessing.util
 import os
 import select
 import signal
@@ -32,6 +33,8 @@ from typing import Any
 from satform_bringup import PACKAGE
 from satform_bringup.deployment import preflight
 from satform_bringup.deployment.domain_lock import enter_domain
+from satform_bringup.deployment.environment import restored
+from satform_nodes import SHARED_SCENARIO
 from satform_nodes.programs import MODULES
 
 _PRELOADED = f"{PACKAGE}.preload"
@@ -70,7 +73,8 @@ def prepare() -> ForkServerContext:
     resource_tracker.ensure_running()
     # A terminal's signals reach the server too, which is to end with its parent and not before.
     try:
-        with _signals_held():
+        with _signals_held(), restored([SHARED_SCENARIO]):
+            os.environ[SHARED_SCENARIO] = str(shared_scenario())
             forkserver.ensure_running()
     except OSError as error:
         if "AF_UNIX" not in str(error):
@@ -82,6 +86,14 @@ def prepare() -> ForkServerContext:
     atexit.unregister(close)
     atexit.register(close)
     return context
+
+
+def shared_scenario() -> Path:
+    """File by which the server is given the scenario of the processes that it forks next.
+
+    It is in this process's own folder for temporary files, and written by `shared_plan.write_scenario`.
+    """
+    return Path(multiprocessing.util.get_temp_dir()) / "scenario.pickle"
 
 
 def close() -> None:

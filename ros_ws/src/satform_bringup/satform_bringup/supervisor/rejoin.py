@@ -64,7 +64,7 @@ def process_of(run: Path, name: str) -> tuple[NodeProcess, int, dict[str, str]]:
     if name not in nodes or nodes[name].executable not in ("satellite_node", "group_node"):
         satellites = [node.name for node in nodes.values() if node.executable.startswith(("sat", "group"))]
         raise RejoinError(f"{run}: has no satellite {name}; there are {printable(listed(satellites))}")
-    return nodes[name], domain, environment
+    return nodes[name], domain, environment | nodes[name].environment
 
 
 def _require_startable(nodes: Iterable[NodeProcess], domain: int, environment: dict[str, str]) -> None:
@@ -78,6 +78,9 @@ def _require_startable(nodes: Iterable[NodeProcess], domain: int, environment: d
         if not isinstance(node.parameters, dict):
             raise ValueError("parameters have names")
         texts += [node.name, node.executable, node.enclave, node.namespace, *node.parameters]
+        if not isinstance(node.environment, dict):
+            raise TypeError("the environment of a process is a table of variables")
+        texts += [*node.environment, *node.environment.values()]
     if not all(isinstance(text, str) and "\0" not in text for text in texts):
         raise ValueError("names and variables of the environment are texts")
     if not 0 <= domain <= HIGHEST:

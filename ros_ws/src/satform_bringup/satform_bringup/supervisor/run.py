@@ -4,21 +4,24 @@
 
 import json
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
 from satform.files.durable_file import write_durably
 from satform.flight.compile import compile_scenario
-from satform.scenario import Scenario, save_scenario
+from satform.scenario import Scenario, load_scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE
-from satform_bringup.deployment import external_nodes, local_discovery, preflight, security
+from satform_bringup.deployment import external_nodes, local_discovery, participant_ports, preflight, security
 from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
 from satform_bringup.deployment.node_processes import processes
+from satform_bringup.supervisor import process_server
 from satform_bringup.supervisor.flight import Flight, Policy
 from satform_bringup.supervisor.run_registry import described
 from satform_bringup.supervisor.supervisor import Supervisor
+from satform_nodes.runtime import shared_plan
 from satform_nodes.runtime.signals import StopRequest
 
 CHECKPOINT_STEPS = 100
@@ -91,15 +94,21 @@ def fly(
         StopRequest(exit_at_second=False) as signals,
         flight_domain(scenario, host, namespace) as domain,
         described(domain, scenario.name, out),
+        ExitStack() as ports,
     ):
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
         count = len(nodes) + len(plan.external)
         flight_variables = _environment(scenario, out, count, host, keystore) | dict(environment or {})
         save_scenario(scenario, scenario_file)
+        shared_plan.write_scenario(
+            process_server.shared_scenario(), scenario_file, load_scenario(scenario_file)
+        )
         if plan.external:
             external_nodes.write_environment(out, domain, flight_variables)
             notice(external_nodes.awaited(plan, out, namespace))
+        if host is None and local_discovery.on_loopback_alone():
+            nodes = ports.enter_context(participant_ports.assigned(nodes, plan, domain, out))
         watch = Supervisor(plan, signals, progress, policy, out / LOG_FOLDER, domain, flight_variables)
         settings = {
             "domain": domain,

@@ -118,7 +118,7 @@ class Supervisor:
         # It exists even if the process ends before it prints anything.
         log.touch()
         process, pipe = process_server.start(
-            node.executable, node.arguments(), self._domain, log, self._environment
+            node.executable, node.arguments(), self._domain, log, self._environment | node.environment
         )
         entry = _Running(node, process, pipe, log)
         self._running[node.name] = entry

@@ -14,7 +14,13 @@ from satform.files.durable_file import reason_text
 from satform.record.early_end import EarlyEnd
 from satform_nodes.recorder.node import RecorderNode
 from satform_nodes.runtime.formation_node import FormationNode
-from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout, run, scenario_of
+from satform_nodes.runtime.lifecycle import (
+    discovery_timeout,
+    exit_code_of,
+    plant_timeout,
+    run,
+    scenario_and_plan,
+)
 from satform_nodes.runtime.parameters import declare_rate, declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
@@ -33,12 +39,12 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     declare_start(node, "scenario")
     folder = declare_start(node, "bag")
     clocked = declare_rate(node) > 0.0
-    scenario = scenario_of(node)
+    scenario, plan = scenario_and_plan(node)
     if not folder:
         raise NodeError(
             "recorder needs the parameter bag: the folder of the bag to be written", EXIT_BAD_INPUT
         )
-    recorder = RecorderNode(node, executor, scenario, Path(folder), report, clocked)
+    recorder = RecorderNode(node, executor, scenario, plan, Path(folder), report, clocked)
     steps = recorder.steps
     try:
         first = discovery_timeout(recorder.plan)

@@ -25,7 +25,7 @@ from satform.communication.topic_table import (
     satellite_channels,
     subscribed_by,
 )
-from satform.flight.compile import compile_scenario
+from satform.flight.compile import FormationPlan
 from satform.protocol.recorder_steps import RecorderSteps, SteppedTopic
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
@@ -57,11 +57,12 @@ class RecorderNode:
         node: FormationNode,
         executor: StepExecutor,
         scenario: Scenario,
+        plan: FormationPlan,
         folder: Path,
         report: SupervisorPipe,
         clocked: bool,
     ) -> None:
-        plan = self.plan = compile_scenario(scenario)
+        self.plan = plan
         self.node = node
         self.report = report
         self.folder = folder

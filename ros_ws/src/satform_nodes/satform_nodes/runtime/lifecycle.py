@@ -19,6 +19,7 @@ from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.protocol.formation_view import STOPPED
 from satform.scenario import Scenario, ScenarioError, load_scenario
+from satform_nodes.runtime import shared_plan
 from satform_nodes.runtime.formation_node import NO_SIM_TIME, SIM_TIME, FormationNode
 from satform_nodes.runtime.parameters import ParameterError, declare_start
 from satform_nodes.runtime.signals import StopRequest
@@ -75,8 +76,8 @@ def reject_sim_time(node: Node) -> None:
         raise NodeError(f"{node.get_name()}: {SIM_TIME} is true; {NO_SIM_TIME}", EXIT_BAD_INPUT)
 
 
-def scenario_of(node: Node) -> Scenario:
-    """The scenario named by the node's `scenario` parameter.
+def scenario_and_plan(node: Node) -> tuple[Scenario, FormationPlan]:
+    """The scenario that is named by the node's `scenario` parameter, and the plans of its flight's parts.
 
     Raises:
         NodeError: no scenario is named, or it cannot fly.
@@ -86,10 +87,14 @@ def scenario_of(node: Node) -> Scenario:
         raise NodeError(
             f"{node.get_name()} needs the parameter scenario: the path of a scenario file", EXIT_BAD_INPUT
         )
+    shared = shared_plan.scenario_and_plan(path)
+    if shared is not None:
+        return shared
     try:
-        return load_scenario(path)
+        scenario = load_scenario(path)
     except ScenarioError as error:
         raise NodeError(str(error), EXIT_BAD_INPUT) from None
+    return scenario, compile_scenario(scenario)
 
 
 def plan_of(node: Node) -> FormationPlan:
@@ -98,7 +103,7 @@ def plan_of(node: Node) -> FormationPlan:
     Raises:
         NodeError: no scenario is named, or it cannot fly.
     """
-    return compile_scenario(scenario_of(node))
+    return scenario_and_plan(node)[1]
 
 
 def _stopped_exit_code(node: Node) -> int:
