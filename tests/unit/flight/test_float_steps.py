@@ -142,3 +142,29 @@ def test_a_program_that_has_other_bits_is_not_used(
     monkeypatch.setattr(float_steps, "_recorded_step", wrong)
     assert simulate(scenario).differences(expected) == []
     assert flown == []
+
+
+def test_one_step_that_is_not_as_the_recorded_one_is_flown_over_arrays_and_the_program_goes_on(
+    flown: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario = formation(SATELLITES, 30.0)
+    steps = scenario.timing.steps
+    expected = over_arrays(scenario, monkeypatch)
+    recorded, recordings = float_steps._recorded_step, []
+
+    def deviating(*arguments: Any) -> Any:
+        """A program that cannot fly step 40."""
+        found = recorded(*arguments)
+        run = found._run
+        recordings.append(arguments[1])
+
+        def until(step: int, end: int, *others: Any) -> Any:
+            return run(step, min(end, 40) if step <= 40 else end, *others)
+
+        found._run = until
+        return found
+
+    monkeypatch.setattr(float_steps, "_recorded_step", deviating)
+    assert simulate(scenario).differences(expected) == []
+    assert len(recordings) == 1
+    assert sum(after - first for first, after in flown) == steps - recordings[0] - 2

@@ -76,6 +76,7 @@ class FloatSteps:
         self._trial: _RecordedStep | None = None
         self._recordings = 0
         self._next_recording = _FIRST
+        self._over_arrays: int | None = None
         self._holds = False
         self._stays_with_arrays = not _suits(flight)
 
@@ -105,6 +106,9 @@ class FloatSteps:
         if self._recorded is None:
             if step >= self._next_recording and quiet - step >= _WORTHWHILE and not self._stays_with_arrays:
                 self._record(step)
+            return step
+        if step == self._over_arrays:
+            # It stopped here, and goes on with the next step.
             return step
         after = self._recorded.fly(step, end)
         if after < end:
@@ -145,6 +149,7 @@ class FloatSteps:
     def _stopped(self, recorded: "_RecordedStep", step: int) -> None:
         """Decide how to go on after a step that is not as the recorded one."""
         recorded.settle()
+        self._over_arrays = step
         if step - recorded.begin < _SHORTEST_RUN:
             self._recorded = None
             self._next_recording = step + _FIRST
