@@ -207,11 +207,12 @@ def _flown(folder: CampaignFolder, campaign: Campaign, options: Options, resumpt
     _prepare(folder, resumption)
     with live_page.beside_campaign(options.page, folder.path) as served:
         summary = _with_bags(_fly(folder, campaign, options, folder.done()))
-    with suppress(OSError):
-        # A full disk is in the summary already.
-        write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
-    summary = _with_page(summary)
-    served.wait()
+        with suppress(OSError):
+            # A full disk is in the summary already.
+            write_durably(folder.path / SUMMARY, f"{console.to_json(summary.data())}\n".encode())
+        summary = _with_page(summary)
+        if not summary.stopped:
+            served.wait()
     return summary
 
 

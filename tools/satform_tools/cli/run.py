@@ -4,6 +4,7 @@
 
 # ruff: noqa: PLC0415
 
+from contextlib import ExitStack
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -164,51 +165,53 @@ def run(
     page = page_options("--live", enabled=live, control=control, port=port, bind=bind, foxglove=foxglove)
     from satform_tools.report import junit as junit_file
 
-    with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
-        if mode is not RunMode.INPROCESS:
-            from satform_tools.run import dds_preparation
+    with ExitStack() as pages:
+        with junit_file.begun(junit, junit_file.FLIGHT_SUITE, scenario or campaign or "", junit_file.FLIGHT):
+            if mode is not RunMode.INPROCESS:
+                from satform_tools.run import dds_preparation
 
-            dds_preparation.prepare(secured=secure is not None)
-        from satform_tools.campaign import case as campaign_case
-        from satform_tools.cli import names
-        from satform_tools.report import flight_junit, tables
-        from satform_tools.run import command as run_command
-        from satform_tools.run import live_page, scenario_library
+                dds_preparation.prepare(secured=secure is not None)
+            from satform_tools.campaign import case as campaign_case
+            from satform_tools.cli import names
+            from satform_tools.report import flight_junit, tables
+            from satform_tools.run import command as run_command
+            from satform_tools.run import live_page, scenario_library
 
-        loaded_case = None
-        if campaign is not None and case is not None:
-            loaded_case = campaign_case.load(campaign, case)
-            flown, out = loaded_case.scenario(), loaded_case.make_folder(out)
-        else:
-            flown = scenario_library.load(scenario or "", changes or (), seed)
-        options = run_command.RunOptions(
-            measure_round_trip=measure_round_trip,
-            satellites_per_process=satellites_per_process,
-            restart=restart,
-            continue_without_recorder=continue_without_recorder,
-            rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,
-            display=display,
-            host=host,
-            keystore=secure,
-            profile=profile,
-            namespace=names.namespace(namespace),
-            quiet=quiet,
-            live=page is not None,
-        )
-        with live_page.beside(page, options.namespace) as served:
+            loaded_case = None
+            if campaign is not None and case is not None:
+                loaded_case = campaign_case.load(campaign, case)
+                flown, out = loaded_case.scenario(), loaded_case.make_folder(out)
+            else:
+                flown = scenario_library.load(scenario or "", changes or (), seed)
+            options = run_command.RunOptions(
+                measure_round_trip=measure_round_trip,
+                satellites_per_process=satellites_per_process,
+                restart=restart,
+                continue_without_recorder=continue_without_recorder,
+                rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,
+                display=display,
+                host=host,
+                keystore=secure,
+                profile=profile,
+                namespace=names.namespace(namespace),
+                quiet=quiet,
+                live=page is not None,
+            )
+            served = pages.enter_context(live_page.beside(page, options.namespace))
             result = run_command.run(flown, mode.value, record=record, out=out, options=options)
-    flight_junit.write(result, junit)
-    if loaded_case is not None:
-        loaded_case.describe(result.folder)
-    if profile:
-        from satform_tools.report import profile as flight_profile
+        flight_junit.write(result, junit)
+        if loaded_case is not None:
+            loaded_case.describe(result.folder)
+        if profile:
+            from satform_tools.report import profile as flight_profile
 
-        flight_profile.write(result.folder)
-    if json:
-        console.as_json(result.data())
-    else:
-        tables.print_result(result, quiet=quiet)
-    served.wait()
+            flight_profile.write(result.folder)
+        if json:
+            console.as_json(result.data())
+        else:
+            tables.print_result(result, quiet=quiet)
+        if not result.stopped_by_signal:
+            served.wait()
     raise typer.Exit(result.exit_code)
 
 

@@ -6,10 +6,13 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from satform_tools.run.page_options import PageOptions
+
+_ENDING = 10.0
+"""Wall-clock time for a server to end in order, s."""
 
 
 class Served:
@@ -22,22 +25,34 @@ class Served:
         self._process = process
 
     def wait(self) -> None:
-        """Wait until it ends; Ctrl-C ends it, too."""
+        """Wait until it ends; to be called within the block of `beside`, so that an interruption ends it."""
         if self._process is not None:
+            self._close_input()
             self._process.wait()
 
     def end(self) -> None:
         """End it now."""
-        if self._process is not None:
-            self._process.terminate()
-            self._process.wait()
+        if self._process is None:
+            return
+        self._close_input()
+        self._process.terminate()
+        try:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(_ENDING)
+        finally:
+            self._process.kill()  # does nothing to a process that has ended
+
+    def _close_input(self) -> None:
+        """Have the process know that what it shows is over."""
+        if self._process is not None and self._process.stdin is not None:
+            self._process.stdin.close()
 
 
 @contextmanager
 def beside(page: PageOptions | None, namespace: str) -> Iterator[Served]:
     """Serve the page of the flight that this process flies within the block.
 
-    The address is printed to standard error. If the block raises, the page ends with it.
+    The address is printed to standard error. The page ends with the block, unless it is waited for in it.
 
     Args:
         page: how to serve it; None for no page.
@@ -80,10 +95,5 @@ def _serving(module: str, words: Sequence[object]) -> Iterator[Served]:
     served = Served(process)
     try:
         yield served
-    except BaseException:
-        served.end()
-        raise
     finally:
-        # The process that serves takes this for the end of what it shows.
-        if process.stdin is not None:
-            process.stdin.close()
+        served.end()

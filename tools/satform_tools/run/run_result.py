@@ -111,6 +111,11 @@ class RunResult:
         return flown and not (self.stopped or self.reason)
 
     @property
+    def stopped_by_signal(self) -> bool:
+        """Whether this process was asked to stop, and not the flight by its service."""
+        return self.stopped and self.reason.startswith("stopped by SIG")
+
+    @property
     def tolerated(self) -> bool:
         """Whether no more was lost than the scenario allows."""
         return len(self.lost) <= self.scenario.tolerated_losses
