@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The compiled waiter counts arriving messages, waits for all that are needed, and knows their writers."""
 
+import faulthandler
+import gc
 import threading
 import time
 from collections.abc import Callable
@@ -145,3 +147,30 @@ def test_requests_are_answered_though_services_are_not_polled(observer: Node) ->
         client.call_async(Empty.Request())
         assert executor.spin_until(lambda number=number: len(asked) == number + 1, LONG)
     executor.shutdown(timeout_sec=0.0)
+
+
+def test_a_garbage_collection_during_a_wait_finds_the_waiter_unlocked(waiter: Any, add: Any) -> None:
+    # So many that their tuple is none of those that Python keeps for reuse, and begins a collection.
+    added = [add(f"/topic{number}") for number in range(24)]
+    for _, publisher in added:
+        publisher.publish(String(data="1"))
+    indices = tuple(index for index, _ in added)
+    assert waiter.wait(indices, LONG) == indices[::-1]
+    during: list[tuple[int, ...]] = []
+
+    def collecting(phase: str, _information: dict[str, int]) -> None:
+        if phase == "start":
+            gc.callbacks.remove(collecting)
+            during.append(waiter.wait(indices[:1], 0.0))
+
+    threshold = gc.get_threshold()
+    # A wait with the mutex held ends for nobody, so it ends the process.
+    faulthandler.dump_traceback_later(LONG, exit=True)
+    try:
+        gc.callbacks.append(collecting)
+        gc.set_threshold(1)
+        assert waiter.wait(indices, 0.0) == indices[::-1]
+    finally:
+        gc.set_threshold(*threshold)
+        faulthandler.cancel_dump_traceback_later()
+    assert during == [indices[::-1]]

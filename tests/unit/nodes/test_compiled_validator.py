@@ -156,3 +156,15 @@ def test_what_is_no_message_is_not_read(fields: tuple[tuple[str, int, int], ...]
 
     with pytest.raises(ValueError, match="message"):
         NumberCheck(40, fields, constant, STEP, True, 0, 0, 1e15)
+
+
+def test_a_check_without_fields_reads_no_message() -> None:
+    from satform_transport.hot_path import NumberCheck
+
+    check = NumberCheck.__new__(NumberCheck)
+    with pytest.raises(RuntimeError, match="has no fields"):
+        check.check(b"", 0, 0)
+    with pytest.raises(TypeError):
+        check.__init__(40, "no fields")
+    with pytest.raises(RuntimeError, match="has no fields"):
+        check.check(bytes(40), 0, 0)

@@ -27,6 +27,8 @@
 #define GID_BYTES 16
 #define INITIAL_ROOM 1024
 
+_Static_assert(RMW_GID_STORAGE_SIZE == GID_BYTES, "writers are compared by all bytes of their identifiers");
+
 typedef struct State State;
 
 // One subscription or service.
@@ -190,10 +192,9 @@ static PyObject * waiter_add_service(Waiter * self, PyObject * arguments)
   return PyLong_FromSsize_t(index);
 }
 
-// Mark the needed slots, and count those without a message; false with an exception for a wrong index.
-static bool mark_needed(State * state, PyObject * needed)
+// Whether each needed subscription is one; false with an exception for a wrong index.
+static bool are_indices(const State * state, PyObject * needed)
 {
-  state->missing = 0;
   for (Py_ssize_t place = 0; place < PyTuple_GET_SIZE(needed); place++) {
     size_t index = PyLong_AsSize_t(PyTuple_GET_ITEM(needed, place));
     if (index >= state->count) {
@@ -202,13 +203,20 @@ static bool mark_needed(State * state, PyObject * needed)
       }
       return false;
     }
-    Slot * slot = state->slots[index];
+  }
+  return true;
+}
+
+// Mark the needed slots, and count those without a message. The indices have been checked: no exception is made here.
+static void mark_needed(State * state, PyObject * needed)
+{
+  for (Py_ssize_t place = 0; place < PyTuple_GET_SIZE(needed); place++) {
+    Slot * slot = state->slots[PyLong_AsSize_t(PyTuple_GET_ITEM(needed, place))];
     if (!slot->needed) {
       slot->needed = true;
       state->missing += slot->pending == 0;
     }
   }
-  return true;
 }
 
 static void unmark(State * state)
@@ -246,23 +254,38 @@ static void wait_until(State * state, long long end)
   state->waiting = false;
 }
 
+static bool is_ready(const Slot * slot)
+{
+  return slot->pending > 0 && slot->subscription != NULL;
+}
+
 // Indices of the subscriptions with messages, the last one first.
+//
+// The tuple is made without the mutex: it may begin a garbage collection. One that destroys a subscription waits for
+// the middleware's thread, which may wait for the mutex, and one that runs code of Python may come back here.
 static PyObject * ready(State * state)
 {
-  size_t found = 0;
+  Py_ssize_t found = 0;
+  pthread_mutex_lock(&state->mutex);
   for (size_t index = 0; index < state->count; index++) {
-    found += state->slots[index]->pending > 0 && state->slots[index]->subscription != NULL;
+    found += is_ready(state->slots[index]);
   }
-  PyObject * indices = PyTuple_New((Py_ssize_t)found);
+  pthread_mutex_unlock(&state->mutex);
+  PyObject * indices = PyTuple_New(found);
   if (indices == NULL) {
     return NULL;
   }
-  // The callbacks may only add to what is pending: the places below are not exceeded.
+  // More may have arrived in the meantime, and some may have been taken: the places are not exceeded, nor left empty.
   Py_ssize_t place = 0;
-  for (size_t index = state->count; index-- > 0 && place < (Py_ssize_t)found;) {
-    if (state->slots[index]->pending > 0 && state->slots[index]->subscription != NULL) {
+  pthread_mutex_lock(&state->mutex);
+  for (size_t index = state->count; index-- > 0 && place < found;) {
+    if (is_ready(state->slots[index])) {
       PyTuple_SET_ITEM(indices, place++, PyLong_FromSize_t(index));
     }
+  }
+  pthread_mutex_unlock(&state->mutex);
+  if (place < found && _PyTuple_Resize(&indices, place) != 0) {
+    return NULL;
   }
   return indices;
 }
@@ -283,14 +306,15 @@ static PyObject * waiter_wait(Waiter * self, PyObject * const * arguments, Py_ss
     return NULL;
   }
   State * state = self->state;
+  if (needed != Py_None && !are_indices(state, needed)) {
+    return NULL;
+  }
   pthread_mutex_lock(&state->mutex);
   state->all = needed != Py_None;
   state->done = false;
   state->missing = 0;
-  if (state->all && !mark_needed(state, needed)) {
-    unmark(state);
-    pthread_mutex_unlock(&state->mutex);
-    return NULL;
+  if (state->all) {
+    mark_needed(state, needed);
   }
   timeout = timeout < LONGEST_WAIT ? timeout : LONGEST_WAIT;
   if (timeout > 0.0 && !is_done(state)) {
@@ -305,9 +329,8 @@ static PyObject * waiter_wait(Waiter * self, PyObject * const * arguments, Py_ss
   if (state->all) {
     unmark(state);
   }
-  PyObject * indices = ready(state);
   pthread_mutex_unlock(&state->mutex);
-  return indices;
+  return ready(state);
 }
 
 static Slot * slot_of(Waiter * self, PyObject * argument)

@@ -163,6 +163,10 @@ static PyObject * check_check(Check * self, PyObject * const * arguments, Py_ssi
     PyErr_SetString(PyExc_TypeError, "check takes the bytes of a message, the first and the last step");
     return NULL;
   }
+  if (self->count == 0) {
+    PyErr_SetString(PyExc_RuntimeError, "the NumberCheck has no fields: its __init__ has not been called, or failed");
+    return NULL;
+  }
   unsigned long long first = PyLong_AsUnsignedLongLong(arguments[1]);
   unsigned long long last = PyLong_AsUnsignedLongLong(arguments[2]);
   if (PyErr_Occurred()) {
@@ -223,6 +227,7 @@ static int check_init(Check * self, PyObject * arguments, PyObject * Py_UNUSED(n
   const char * constant;
   PyObject * fields;
   int exact;
+  self->count = 0;  // until the new fields are checked
   if (!PyArg_ParseTuple(
       arguments, "nO!y#Lpnnd", &self->size, &PyTuple_Type, &fields, &constant, &self->constant_length,
       &self->step_nanoseconds, &exact, &self->unbounded_first, &self->unbounded_end, &self->largest))
