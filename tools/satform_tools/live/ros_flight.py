@@ -27,6 +27,7 @@ from satform_tools.inspect.service_call import ask
 from satform_tools.inspect.snapshot import Frame
 from satform_tools.live.formation import FormationView
 from satform_tools.live.history import History, Recent, rows_for
+from satform_tools.live.link_losses import LinkLosses
 from satform_tools.live.stored_flight import ALIVE, LOST, STALE, columns
 
 _MOST_EVENTS = 500
@@ -61,7 +62,7 @@ class RosFlight:
             len(self._names),
             len(self._edges),
             attitudes=bool(self._attitudes),
-            losses=bool(self._conditions),
+            losses=bool(self._conditions) or self._drawn is not None,
         )
         self.history = History(shown, rows_for(len(self._names)))
         self.events = Recent(_MOST_EVENTS)
@@ -128,7 +129,11 @@ class RosFlight:
             if spec.thruster is not None
         }
         self._any_without_thruster = len(self._propulsion) < len(self._names)
-        physical = scenario is not None and scenario.links is not None
+        links = None if scenario is None else scenario.links
+        physical = links is not None and links.physical
+        self._drawn = None
+        if scenario is not None and links is not None and not physical and self._edges:
+            self._drawn = LinkLosses(scenario, self._edges)
         self._conditions = {
             index: newest(LinkConditions, topic_name("link_conditions", name))
             for index, name in enumerate(self._names if physical else ())
@@ -168,6 +173,7 @@ class RosFlight:
             "health": health,
             "age": self._ages(frame),
             "loss": self._losses() if self._conditions else None,
+            **self._drawn_links(frame),
             "spread": [frame.spread],
             "connectivity": [frame.connectivity],
             "chief": chief,
@@ -193,6 +199,14 @@ class RosFlight:
             if index is not None:
                 found[index] = link.age
         return found
+
+    def _drawn_links(self, frame: Frame) -> dict[str, Array]:
+        """Age and loss by the random numbers of links, where messages are lost by them."""
+        if self._drawn is None:
+            return {}
+        age, loss = self._drawn.at(frame.step)
+        # A satellite that sends no more is older than its last message by the links.
+        return {"age": np.fmax(age, self._ages(frame)), "loss": loss}
 
     def _losses(self) -> Array:
         found: Array = np.full(len(self._edges), np.nan)

@@ -14,12 +14,10 @@ from satform.numeric.elementwise import Array, Indices
 from satform.plot.time_series import has_arc_length_spread
 from satform_tools.live.formation import FormationView
 from satform_tools.live.history import Column, History, Recent, rows_for
+from satform_tools.live.link_losses import LOSS_WINDOW
 from satform_tools.report.event_log import flight_events, graph_states
 from satform_tools.report.page.content import status
 from satform_tools.run.stored_run import StoredRun
-
-_LOSS_WINDOW = 60.0
-"""Simulated time over which the loss of a link is taken, s."""
 
 ALIVE, LOST, STALE = 1.0, 0.0, 0.5
 """Health of a satellite as a number of the page."""
@@ -151,7 +149,7 @@ class StoredFlight:
         numbers = np.arange(len(history.delivered))[:, None]
         last = np.maximum.accumulate(np.where(history.delivered, numbers, -1), axis=0)
         ages = np.where(last >= 0, (numbers - last) * step, np.nan)
-        window = max(1, round(_LOSS_WINDOW / step))
+        window = max(1, round(LOSS_WINDOW / step))
         sent, arrived = (_within(flags, window) for flags in (history.sent, history.delivered & history.sent))
         losses = np.where(sent > 0, 1.0 - arrived / np.maximum(sent, 1), np.nan)
         age: Array = np.full((len(steps), len(edges)), np.nan)

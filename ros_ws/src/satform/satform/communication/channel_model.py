@@ -304,19 +304,20 @@ def _draws_of(seed: int, edges: Iterable[Sequence[int]], count: int) -> SeededUn
     return SeededUniforms(seed, LINK_STREAM, numbers, _DRAWS)
 
 
-def loss_draws(seed: int, edges: Indices, count: int, steps: int) -> Array:
+def loss_draws(seed: int, edges: Indices, count: int, steps: int, first: int = 0) -> Array:
     """The random numbers in [0, 1) below whose loss probability a message is lost, shape (steps, E).
 
     Args:
         seed: of the run.
         edges: indices of sender and receiver of each link, shape (E, 2).
         count: number of satellites.
-        steps: of the flight.
+        steps: how many.
+        first: of them.
     """
     draws = _draws_of(seed, edges.tolist(), count)
     found = np.empty((steps, len(edges)))
     for step in range(steps if len(edges) else 0):
-        found[step] = draws.at(step)[:, 0]
+        found[step] = draws.at(first + step)[:, 0]
     return found
 
 
