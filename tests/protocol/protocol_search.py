@@ -24,6 +24,8 @@ from protocol_transitions import ALL_FAULTS, KINDS, Interned, State, ViolationEr
 from satform.scenario import Scenario
 
 SOURCE = Path(__file__).with_name("search.cpp")
+FOLDER = Path(__file__).parents[2] / "ros_ws" / "install" / "cache" / "protocol_search"
+"""Of the compiled search; nobody else may write there, unlike the shared folder of temporary files."""
 
 _COMPILE_TIMEOUT = 300.0
 """Wall-clock time for the compiler, s; it takes about five."""
@@ -41,9 +43,10 @@ _ASK = ctypes.CFUNCTYPE(ctypes.c_int, *[ctypes.c_int] * 5, _INTS, _INTS)
 @functools.cache
 def library() -> ctypes.CDLL:
     """The compiled search, made once for each version of its source."""
-    name = f"satform_search_{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]}_{os.getuid()}.so"
-    path = Path(tempfile.gettempdir()) / name
+    name = f"search_{hashlib.sha256(SOURCE.read_bytes()).hexdigest()[:16]}.so"
+    path = FOLDER / name
     if not path.exists():
+        FOLDER.mkdir(mode=0o700, parents=True, exist_ok=True)
         compiler = os.environ.get("CXX", "c++")
         with tempfile.TemporaryDirectory(dir=path.parent) as folder:
             new = Path(folder) / name
