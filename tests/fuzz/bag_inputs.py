@@ -70,7 +70,7 @@ def bag_inputs(folder: Path) -> Callable[[Random, Path], Input]:
             (place / "metadata.yaml").write_bytes(text)
         if draw.random() < 0.1:
             return Input(lambda: _recovered(bag, place / "new"), str(place), (BagError,), recovery(bag))
-        return Input(lambda: stored_run.find(bag), str(place), (CommandError,), recovery(bag))
+        return Input(lambda: stored_run.find(bag), str(place), (CommandError,), recovery(bag), repairs=True)
 
     return make
 

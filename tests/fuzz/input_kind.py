@@ -15,9 +15,11 @@ class Input:
         source: file or folder that a sentence of a rejection has to name.
         rejections: errors by which it may be rejected.
         command: arguments of `satform` that read it; empty where no command reads it alone.
+        repairs: whether the command accepts what `read` rejects, as the recovery of a bag does.
     """
 
     read: Callable[[], object]
     source: str
     rejections: tuple[type[Exception], ...]
     command: Sequence[str] = ()
+    repairs: bool = False

@@ -228,7 +228,7 @@ def _read_all(
                 answer = answer_of(given.read, given.rejections, given.source)
                 if given.command and number % every == 0:
                     commands += 1
-                    _command(given)
+                    _command(given, rejected=bool(answer.sentences) and not given.repairs)
         except BaseException as error:  # whatever it is, it is a fault
             faults.send((number, "".join(traceback.format_exception(error))[-3000:]))
             if isinstance(error, KeyboardInterrupt):
@@ -240,8 +240,12 @@ def _read_all(
         _COUNTS.pack_into(counts, 0, begun, accepted, rejected, commands, memory)
 
 
-def _command(given: Input) -> None:
+def _command(given: Input, *, rejected: bool) -> None:
     """Read an input by its command, which has to end in order, or with a sentence and exit code 2.
+
+    Args:
+        given: the input.
+        rejected: whether the command has to reject it, with exit code 2.
 
     Raises:
         FaultError: it does not.
@@ -252,7 +256,7 @@ def _command(given: Input) -> None:
     said = err.getvalue()
     if code == EXIT_BAD_INPUT and (out.getvalue() + said).strip() and "Traceback" not in said:
         return
-    if code not in {EXIT_DONE, EXIT_MISSED} or "Traceback" in said:
+    if rejected or code not in {EXIT_DONE, EXIT_MISSED} or "Traceback" in said:
         raise FaultError(f"{' '.join(given.command)} ended with exit code {code}: {said[-2000:]}")
 
 

@@ -85,6 +85,17 @@ def test_the_driver_finds_errors_hangs_large_memory_and_processes_that_end(
     assert (outcome.read, outcome.accepted, outcome.rejected) == (len(READERS), 2, 1)
 
 
+@pytest.mark.parametrize("repairs", [False, True])
+def test_a_command_that_accepts_what_its_reader_rejects_is_a_fault_unless_it_repairs(
+    repairs: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = Input(lambda: reject("file: is empty"), "file", (CommandError,), ["list"], repairs=repairs)
+    monkeypatch.setitem(soak.KINDS, "made", lambda _folder: lambda _draw, _place: given)
+    outcome = soak.soak("made", 1, every=1)
+    assert [fault for _, fault in outcome.faults if "exit code 0" not in fault] == []
+    assert len(outcome.faults) == int(not repairs)
+
+
 def test_an_input_is_the_same_in_every_run(tmp_path: Path) -> None:
     def content(folder: Path) -> list[bytes]:
         folder.mkdir()
