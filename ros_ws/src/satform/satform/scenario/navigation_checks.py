@@ -32,9 +32,12 @@ def sensor_channels(scenario: ScenarioDefinition, index: int) -> tuple[SensorCha
     Raises:
         ValueError: a sensor cannot be.
     """
+    sensors = scenario.satellite(index).sensors
+    if not sensors:
+        # A list of all names for each of many satellites would take most of the time of a start.
+        return ()
     names = [satellite.name for satellite in scenario.satellites]
     step = scenario.timing.step
-    sensors = scenario.satellite(index).sensors
     return tuple(channel for sensor in sensors for channel in sensor.build(names, index, step))
 
 
@@ -103,10 +106,13 @@ def navigation_complaints(scenario: ScenarioDefinition) -> list[Complaint]:
 
 
 def _sensor_faults(scenario: ScenarioDefinition, index: int) -> list[Complaint]:
+    sensors = scenario.satellite(index).sensors
+    if not sensors:
+        return []
     names, step = [satellite.name for satellite in scenario.satellites], scenario.timing.step
     found: list[Complaint] = []
     count = 0
-    for number, sensor in enumerate(scenario.satellite(index).sensors):
+    for number, sensor in enumerate(sensors):
         try:
             count += len(sensor.build(names, index, step))
         except ValueError as error:
