@@ -141,6 +141,10 @@ def test_a_run_never_touches_what_is_there_already(
     assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
 
 
+ARRAYS = ("--satellites-per-process", "3", "--arrays")
+"""Options of a flight of groups that exchange arrays."""
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
@@ -161,6 +165,17 @@ def test_a_run_never_touches_what_is_there_already(
         (["--rate", "1"], "--mode lockstep does not follow the wall clock"),
         (["--mode", "realtime", "--profile"], "--profile is for lockstep"),
         (["--display", "--secure", "keys"], "--display and --secure exclude each other"),
+        (["--mode", "inprocess", "--arrays"], "--arrays needs several processes"),
+        (["--arrays"], "--arrays needs --satellites-per-process N with at least 2"),
+        ([*ARRAYS, "--mode", "realtime"], "--arrays and --mode realtime exclude each other yet"),
+        ([*ARRAYS, "--restart"], "--arrays and --restart exclude each other yet"),
+        ([*ARRAYS, "--profile"], "--arrays and --profile exclude each other yet"),
+        ([*ARRAYS, "--set", "checkpoint_period=10.0"], "arrays cannot fly checkpoints yet"),
+        ([*ARRAYS, "--set", "satellites[sat2].external=true"], "arrays cannot fly an external satellite yet"),
+        (
+            [*ARRAYS, "--set", "faults=[{kind: satellite_lost, satellite: sat1, at: 5.0}]"],
+            "arrays cannot fly faults yet",
+        ),
     ],
 )
 def test_what_cannot_be_had_together_is_a_sentence_before_anything_is_made(

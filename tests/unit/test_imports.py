@@ -58,6 +58,7 @@ TAKE_A_SCENARIO = {
     "satform.evaluation.evaluate",
     "satform.evaluation.sampled_loops",
     "satform.evaluation.stability_borders",
+    "satform.flight.array_exchange",
     "satform.flight.chief_motion",
     "satform.flight.scenario_record",
     "satform.flight.compile",

@@ -18,6 +18,10 @@ from satform_msgs.msg import (
     Command,
     EarlyEnd,
     FormationStatus,
+    GroupCommand,
+    GroupPhase,
+    GroupState,
+    GroupTracking,
     LinkConditions,
     Measurements,
     NavigationEstimate,
@@ -29,9 +33,12 @@ from satform_msgs.msg import (
 )
 
 from satform.communication.sim_time import Stamps
-from satform_nodes.transport.cdr_codec import Layout, layout
+from satform.communication.topic_table import NUMBERS_OF_A_SATELLITE
+from satform_nodes.transport.cdr_codec import Layout, array_layout, layout
+from satform_nodes.transport.topic_types import TYPES
 
 FRAME = "lvlh"
+ARRAYS = (GroupCommand, GroupPhase, GroupState, GroupTracking)
 VARIABLE = (
     EarlyEnd,
     FormationStatus,
@@ -41,6 +48,7 @@ VARIABLE = (
     Measurements,
     NavigationEstimate,
     SatelliteTarget,
+    *ARRAYS,
 )
 MESSAGES = [value for name, value in vars(satform_msgs.msg).items() if name[0].isupper()]
 FIXED = [message for message in MESSAGES if message not in VARIABLE]
@@ -150,6 +158,34 @@ def test_sequences_of_one_length_have_the_bytes_of_rosidl(length: int) -> None:
     assert form.unpack(expected) == (3, 4, 5, length, *loss, length, *light_time)
     with pytest.raises(ValueError, match="whose size is not fixed"):
         layout(LinkConditions, FRAME)
+
+
+@pytest.mark.parametrize("count", [1, 2, 7])
+@pytest.mark.parametrize("kind", sorted(NUMBERS_OF_A_SATELLITE))
+def test_arrays_have_the_bytes_of_rosidl_and_come_back_with_the_same_bits(kind: str, count: int) -> None:
+    numbers = {name: width * count for name, width in NUMBERS_OF_A_SATELLITE[kind].items()}
+    form = array_layout(TYPES[kind], FRAME, tuple(numbers.items()))
+    random = np.random.default_rng(count)
+    lists = {name: random.normal(size=length) for name, length in numbers.items()}
+    single = {"step": 5, "formation_version": 6}
+    if kind == "group_command":
+        single |= {"violating_satellite": 1, "violation": 2, "violating_value": 7.5}
+    packed = form.pack((3, 4), {**single, **lists})
+    message = deserialize_message(packed, TYPES[kind])
+    assert (message.header.stamp.sec, message.header.stamp.nanosec) == (3, 4)
+    assert message.header.frame_id == FRAME
+    assert {name: getattr(message, name) for name in single} == single
+    assert {name: list(getattr(message, name)) for name in lists} == {
+        name: values.tolist() for name, values in lists.items()
+    }
+    unpacked = form.unpack(serialize_message(message))
+    assert all(unpacked[name].tobytes() == values.tobytes() for name, values in lists.items())
+    assert {name: unpacked[name] for name in single} == single
+    # A list of another length, another frame, and bytes that are cut off are no such message.
+    other = array_layout(TYPES[kind], FRAME, tuple((name, length + 1) for name, length in numbers.items()))
+    assert other.unpack(packed) is None
+    assert array_layout(TYPES[kind], "gcrf", tuple(numbers.items())).unpack(packed) is None
+    assert form.unpack(packed[:-1]) is None
 
 
 def test_a_message_of_poses_has_a_layout_too() -> None:

@@ -128,13 +128,19 @@ OF_SENSORS = {
 }
 """Names of topics that are called by their sensors, by the kinds of their messages."""
 
+OF_GROUPS = {
+    **{kind: f"/<group>/{kind}" for kind in ("group_state", "group_command", "group_tracking")},
+    "group_phase": "/<group>/to_<group>/group_phase",
+}
+"""Names of the topics of groups, by the kinds of their messages."""
+
 
 def made_topics() -> dict[str, str]:
     """Each topic's name with its type, from the one place where they are."""
     others = [
         value for name, value in vars(topic_table).items() if name.isupper() and str(value).startswith("/")
     ]
-    name_of = {name.rpartition("/")[2]: name for name in others} | OF_SENSORS
+    name_of = {name.rpartition("/")[2]: name for name in others} | OF_SENSORS | OF_GROUPS
     return {
         name_of.get(kind, topic_name(kind, "<satellite>")): made.__name__
         for kind, made in topic_types.TYPES.items()

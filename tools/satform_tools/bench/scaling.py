@@ -106,6 +106,7 @@ def over_dds(
     steps: int,
     *,
     record: bool,
+    arrays: bool = False,
     executor: str = OWN,
     scenario: Scenario | None = None,
     round_trips: int = 1000,
@@ -117,6 +118,7 @@ def over_dds(
         group: satellites that share a process.
         steps: length of the flight.
         record: whether a recorder takes part.
+        arrays: whether satellites that share a process exchange arrays.
         executor: one of `EXECUTORS`.
         scenario: what to fly; a ring when left out.
         round_trips: bare ones that are measured right before; 0 for none, which makes their figures NaN.
@@ -140,6 +142,7 @@ def over_dds(
             record=record,
             progress=clock.read,
             group=group,
+            arrays=arrays,
             environment=_environment(executor),
         )
         if flight.stopped:

@@ -49,6 +49,7 @@ def lockstep(
     repetitions: int,
     *,
     record: bool,
+    arrays: bool = False,
     executors: Sequence[str] = (scaling.OWN,),
 ) -> list[Figure]:
     """A step over DDS, against bare round trips; with several executors, these alternate."""
@@ -59,11 +60,18 @@ def lockstep(
             for executor, own in runs.items():
                 own.append(
                     scaling.over_dds(
-                        count, group, steps, record=record, executor=executor, round_trips=_ROUND_TRIPS
+                        count,
+                        group,
+                        steps,
+                        record=record,
+                        arrays=arrays,
+                        executor=executor,
+                        round_trips=_ROUND_TRIPS,
                     )
                 )
         labels = [f"lockstep, {count} satellites"]
         labels += [f"{group} to a process"] if group > 1 else []
+        labels += ["arrays"] if arrays else []
         labels += ["recorded"] if record else []
         found += [
             Figure(

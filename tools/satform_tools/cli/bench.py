@@ -142,6 +142,9 @@ def lockstep(
     satellites_per_process: Annotated[
         int, typer.Option(min=1, help="Number of satellites in a process.")
     ] = 1,
+    arrays: Annotated[
+        bool, typer.Option("--arrays", help="Satellites of a process exchange one array a step.")
+    ] = False,
     steps: Annotated[int, typer.Option(min=10, help="Number of steps of each flight.")] = 1000,
     record: Annotated[
         bool, typer.Option("--record/--no-record", help="Fly with or without a recorder.")
@@ -166,6 +169,8 @@ def lockstep(
     from satform_tools.bench import suite
     from satform_tools.errors import CommandError
 
+    if arrays and satellites_per_process == 1:
+        raise CommandError("--arrays needs --satellites-per-process N with at least 2, the size of a group")
     executors = executor or [lockstep_flights.OWN]
     for name in executors:
         if name not in lockstep_flights.EXECUTORS:
@@ -177,6 +182,7 @@ def lockstep(
             steps,
             repetitions,
             record=record,
+            arrays=arrays,
             executors=executors,
         )
     bench_output.show(found, history, as_json=json)

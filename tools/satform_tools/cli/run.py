@@ -89,6 +89,13 @@ def run(
             min=1, help="Number of satellites in a process; each satellite has its own node and topics."
         ),
     ] = 1,
+    arrays: Annotated[
+        bool,
+        typer.Option(
+            "--arrays",
+            help="With --satellites-per-process: satellites of a process exchange one array a step.",
+        ),
+    ] = False,
     measure_round_trip: Annotated[
         bool,
         typer.Option(
@@ -186,6 +193,7 @@ def run(
             options = run_command.RunOptions(
                 measure_round_trip=measure_round_trip,
                 satellites_per_process=satellites_per_process,
+                arrays=arrays,
                 restart=restart,
                 continue_without_recorder=continue_without_recorder,
                 rate=(rate or 1.0) if mode is RunMode.REALTIME else 0.0,

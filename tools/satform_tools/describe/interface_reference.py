@@ -12,7 +12,15 @@ from typing import Any, get_args
 
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from satform.communication.topic_table import INTERFACE_VERSION, Channel, Equipment, TopicPlan, channels
+from satform.communication.satellite_groups import SatelliteGroups
+from satform.communication.topic_table import (
+    INTERFACE_VERSION,
+    Channel,
+    Equipment,
+    TopicPlan,
+    channels,
+    group_channels,
+)
 from satform.consensus.arc_length import Announces
 from satform.consensus.graph import Graph
 from satform_nodes.transport import qos
@@ -66,7 +74,7 @@ def text() -> str:
     Raises:
         OSError: a message's package is not installed.
     """
-    return "\n".join([_INTRODUCTION, *_topics(), *_qualities(), *_messages()]) + "\n"
+    return "\n".join([_INTRODUCTION, *_topics(), *_group_topics(), *_qualities(), *_messages()]) + "\n"
 
 
 def _table() -> list[Channel]:
@@ -125,6 +133,35 @@ def _topics() -> Iterator[str]:
     yield ""
 
 
+def _group_topics() -> Iterator[str]:
+    yield "## Topics of groups\n"
+    yield (
+        "With `--arrays`, satellites that share a process have no topics of their own. Their group has "
+        "these, with one message for all its satellites; `<other>` is each group with out-neighbours of "
+        "them. The topics of the formation stay, with the groups in place of the satellites.\n"
+    )
+    yield "| topic | type | a message | publishes | subscribes | QoS |"
+    yield "|---|---|---|---|---|---|"
+    for channel in _group_table():
+        kind = type_name(TYPES[channel.kind]).rpartition("/")[2]
+        yield (
+            f"| `{_of_any_group(channel.topic)}` | `{kind}` | {_WHEN[channel.rhythm]} "
+            f"| {_of_any_group(_names(channel.publishers))} | {_of_any_group(_names(channel.subscribers))} "
+            "| `ARRAYS` |"
+        )
+    yield ""
+
+
+def _group_table() -> list[Channel]:
+    """The topics of the first of two groups."""
+    groups = SatelliteGroups(((0,), (1,)), Graph.of_edges(2, [0, 1], [1, 0]))
+    return [channel for channel in group_channels(groups) if channel.topic.startswith("/group0/")]
+
+
+def _of_any_group(text: str) -> str:
+    return text.replace("group0", "<group>").replace("group1", "<other>")
+
+
 def _names(names: tuple[str, ...]) -> str:
     return ", ".join(f"`{name}`" for name in dict.fromkeys(names) if name != _NEIGHBOUR or len(names) < 3)
 
@@ -144,7 +181,7 @@ def _qualities() -> Iterator[str]:
     )
     yield "| QoS | reliability | durability | depth of the publisher | least depth of a subscription |"
     yield "|---|---|---|---|---|"
-    for name in ("LOCKSTEP", "LATCHED", "OBSERVER"):
+    for name in ("LOCKSTEP", "ARRAYS", "LATCHED", "OBSERVER"):
         profile: QoSProfile = getattr(qos, name)
         lasting = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
         yield (
@@ -161,7 +198,7 @@ def _messages() -> Iterator[str]:
         "which discovery carries with each endpoint: a node that was built with another definition has "
         "another hash.\n"
     )
-    known = dict.fromkeys(TYPES[channel.kind] for channel in _table())
+    known = dict.fromkeys(TYPES[channel.kind] for channel in (*_table(), *_group_table()))
     waiting = [kind for kind in known if type_name(kind).startswith(_PACKAGE)]
     for kind in waiting:
         waiting += [inner for inner in _contained(kind) if inner not in waiting]

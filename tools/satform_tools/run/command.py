@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from satform.evaluation.evaluate import evaluate
+from satform.flight.array_exchange import array_complaints, recorded_every
 from satform.record.archive import RECORD, save_record
 from satform.record.flight_record import FlightRecord
 from satform.scenario import Scenario, save_scenario
@@ -26,6 +27,9 @@ from satform_tools.run.flight_summary import Summary, summarise
 from satform_tools.run.round_trip import median_round_trip
 from satform_tools.run.run_result import Mode, RunResult, Speed
 
+_SMALLEST_GROUP = 2
+"""Satellites of a group that exchanges arrays, at least."""
+
 _ROUND_TRIPS = 3000
 """Bare round trips that are measured."""
 
@@ -37,6 +41,7 @@ class RunOptions:
     Attributes:
         measure_round_trip: whether to measure a bare round trip, too.
         satellites_per_process: satellites that share a process.
+        arrays: whether these exchange arrays, in place of messages of each.
         restart: whether lost satellites are restarted.
         continue_without_recorder: whether the flight goes on if the recorder is lost.
         rate: simulated seconds in a second of wall-clock time; 0 for lockstep.
@@ -51,6 +56,7 @@ class RunOptions:
 
     measure_round_trip: bool = False
     satellites_per_process: int = 1
+    arrays: bool = False
     restart: bool = False
     continue_without_recorder: bool = False
     rate: float = 0.0
@@ -83,6 +89,8 @@ def run(
     """
     options = options or RunOptions()
     _require_fitting(options, mode)
+    if options.arrays:
+        _require_arrays(scenario, options)
     part = None if options.host is None else host_part.part(scenario, options.host, mode, record=record)
     folder = output_folders.make(out, scenario.name)
     try:
@@ -121,6 +129,7 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
             (options.keystore, "--secure", "needs DDS"),
             (options.profile, "--profile", "needs several processes"),
             (options.satellites_per_process > 1, "--satellites-per-process", "needs several processes"),
+            (options.arrays, "--arrays", "needs several processes"),
             (options.restart, "--restart", "needs several processes"),
             (options.continue_without_recorder, "--continue-without-recorder", "needs a recorder process"),
             (options.namespace != "", "--namespace", "needs topics"),
@@ -145,6 +154,32 @@ def _require_fitting(options: RunOptions, mode: Mode) -> None:
         raise CommandError(
             "--display and --secure exclude each other: a keystore has no keys for the display"
         )
+
+
+def _require_arrays(scenario: Scenario, options: RunOptions) -> None:
+    """Check that groups of satellites can exchange arrays in this flight.
+
+    Raises:
+        CommandError: they cannot.
+    """
+    if options.satellites_per_process < _SMALLEST_GROUP:
+        raise CommandError("--arrays needs --satellites-per-process N with at least 2, the size of a group")
+    excluded = (
+        (options.rate, "--mode realtime"),
+        (options.restart, "--restart"),
+        (options.continue_without_recorder, "--continue-without-recorder"),
+        (options.display, "--display"),
+        (options.live, "--live or --foxglove"),
+        (options.profile, "--profile"),
+        (options.host is not None, "--host"),
+        (options.keystore is not None, "--secure"),
+    )
+    for wanted, option in excluded:
+        if wanted:
+            raise CommandError(f"--arrays and {option} exclude each other yet: fly without one of them")
+    complaints = array_complaints(scenario)
+    if complaints:
+        raise CommandError(complaints[0])
 
 
 def _in_process(scenario: Scenario, folder: Path, *, record: bool, quiet: bool) -> RunResult:
@@ -209,6 +244,7 @@ def _over_dds(
                 record=record,
                 progress=report,
                 group=options.satellites_per_process,
+                arrays=options.arrays,
                 display=options.display,
                 policy=policy,
                 host=host,
@@ -233,7 +269,8 @@ def _over_dds(
     verdicts: tuple[Verdict, ...] = ()
     summary = None
     state_hash = ""
-    if flight.bag is not None and (flight.early_end or not broken):
+    thinned = recorded_every(len(scenario.satellites), scenario.timing.steps) if options.arrays else 1
+    if flight.bag is not None and thinned == 1 and (flight.early_end or not broken):
         try:
             recorded = _read(scenario, flight.bag)
             verdicts, summary = _judged(scenario, recorded)
@@ -254,7 +291,7 @@ def _over_dds(
         summary=summary,
         recorded=flight.bag is not None,
         lost=flight.lost,
-        events=_events(flight, quiet=options.quiet),
+        events=(*_events(flight, quiet=options.quiet), *_thinned(flight, thinned)),
         reason=reason,
         stopped=flight.stopped,
         messages=flight.messages,
@@ -284,6 +321,13 @@ def _events(flight: "Flight", *, quiet: bool) -> tuple[str, ...]:
     ]
     ordered = sorted([*losses, *returns], key=lambda entry: entry[0])
     return (*(sentence for _, sentence in ordered), *flight.warnings)
+
+
+def _thinned(flight: "Flight", every: int) -> tuple[str, ...]:
+    """A sentence about a bag from which steps were left out."""
+    if flight.bag is None or every == 1:
+        return ()
+    return (f"the bag has each step that is divisible by {every}; the expectations were not evaluated",)
 
 
 def _read(scenario: Scenario, path: Path) -> FlightRecord:

@@ -16,3 +16,6 @@ CHECKPOINT_FOLDER = "checkpoints"
 
 PROCESSES_FILE = "processes.json"
 """In a run's folder: which processes fly, with their arguments, and in which DDS domain."""
+
+GROUPS_FILE = "groups.json"
+"""In a run's folder: the satellites of each group, where groups exchange arrays."""

@@ -14,6 +14,11 @@ RUN_METADATA = "satform"
 ROLE = "satform_topic"
 """Key of a channel's metadata: what the topic is called in a formation in the root namespace."""
 
+GROUPS_METADATA = "groups"
+GROUP_MEMBERS, EVERY = "members", "every"
+"""Metadata record where groups of satellites exchanged arrays: the satellites of each group as JSON, and the
+number of steps to each one in the bag."""
+
 TIME_METADATA = "time"
 WALL_CLOCK = "wall clock"
 """Metadata record and its value where the wall clock kept the time of a flight, and steps may be missed."""

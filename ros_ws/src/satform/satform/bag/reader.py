@@ -22,12 +22,14 @@ from satform.bag.errors import BagError
 from satform.bag.events import TYPES, EventError, Events, read_events
 from satform.bag.format import (
     FILE_ATTACHMENTS,
+    GROUPS_METADATA,
     ROLE,
     RUN_METADATA,
     SCENARIO_ATTACHMENT,
     TIME_METADATA,
     WALL_CLOCK,
 )
+from satform.bag.group_arrays import group_record
 from satform.bag.message_types import TopicMessages, decoded
 from satform.bag.record_arrays import (
     attitude_estimates,
@@ -51,7 +53,7 @@ from satform.communication.topic_table import (
 )
 from satform.files.named_file import FileSource
 from satform.flight.command_timeout import held_steps
-from satform.flight.compile import topic_plan
+from satform.flight.compile import compile_scenario, topic_plan
 from satform.flight.compile_satellite import orientations
 from satform.flight.scenario_record import with_chief
 from satform.membership.formation import Plan
@@ -152,6 +154,7 @@ class _Contents:
     definitions: dict[str, Schema]
     closed: bool
     clocked: bool = False
+    groups: dict[str, str] = field(default_factory=dict)
     names: dict[str, str] = field(default_factory=dict)
     files: dict[str, bytes] = field(default_factory=dict)
 
@@ -245,6 +248,8 @@ def _note(contents: _Contents, record: Any, file: Path) -> None:
         contents.versions = dict(record.metadata)
     elif isinstance(record, Metadata) and record.name == TIME_METADATA:
         contents.clocked = record.metadata.get("kept_by") == WALL_CLOCK
+    elif isinstance(record, Metadata) and record.name == GROUPS_METADATA:
+        contents.groups = dict(record.metadata)
 
 
 def _messages(contents: _Contents, topic: str, file: Path) -> list[Any]:
@@ -305,6 +310,9 @@ def _gaps(
 def _record(
     contents: _Contents, scenario: Scenario, statuses: list[FormationStatus], file: Path
 ) -> FlightRecord:
+    if contents.groups:
+        _, early_end = _gaps(contents, scenario, statuses, file)
+        return group_record(contents.of, compile_scenario(scenario), contents.groups, early_end, str(file))
     names = tuple(satellite.name for satellite in scenario.satellites)
     satellites = [scenario.satellite(index) for index in range(len(names))]
     gaps, early_end = _gaps(contents, scenario, statuses, file)

@@ -33,7 +33,7 @@ class Reason(StrEnum):
 CONTRADICTION = Reason.CONTRADICTION
 """Reason for the rejection of a message whose stamp is no time at which a message of its step is made."""
 
-EARLIER_STAMPS = frozenset({"state", "arc_length", "motion", "navigation_estimate"})
+EARLIER_STAMPS = frozenset({"state", "arc_length", "motion", "navigation_estimate", "group_phase"})
 """Kinds of topics whose stamps may be of an earlier step: when it was measured, when a phase was held, or
 estimated."""
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from satform.communication.satellite_groups import SatelliteGroups
 from satform.consensus.arc_length import Announces
 from satform.consensus.graph import Graph
 
@@ -35,6 +36,12 @@ RECORDER_WINDOW = 256
 
 LOCKSTEP_DEPTH = 2 * RECORDER_WINDOW
 """Messages that a publisher of one message a step keeps for its subscribers."""
+
+_MOST_UNRECORDED = 64_000_000
+"""Bytes that are kept at most for a recorder where groups exchange arrays."""
+
+_FEWEST_AHEAD = 8
+"""Steps by which the plant may be ahead of it however large the formation is."""
 
 CLOCK = "/clock"
 STATUS = "/formation/status"
@@ -89,6 +96,8 @@ class Channel:
         rhythm: when there is a message.
         optional: whether a satellite need not have it: neither as its publisher nor as its subscriber.
         watchers: names of the nodes that subscribe only while a step does not go on; nobody waits for them.
+        satellites: of an array, of how many satellites each message is; 0 for a message that is no array.
+        depth: messages that a publisher of one message a step keeps for its subscribers.
     """
 
     topic: str
@@ -98,6 +107,8 @@ class Channel:
     rhythm: Rhythm
     optional: bool = False
     watchers: tuple[str, ...] = ()
+    satellites: int = 0
+    depth: int = LOCKSTEP_DEPTH
 
     def subscribers_in(self, *, recorded: bool) -> tuple[str, ...]:
         """Names of the subscribers in a flight with or without a recorder."""
@@ -107,6 +118,28 @@ class Channel:
         """Names of the subscribers for which the plant waits: of an optional topic the recorder alone."""
         names = self.subscribers_in(recorded=recorded)
         return tuple(name for name in names if name == RECORDER) if self.optional else names
+
+
+_KINDS_OF_A_GROUP: tuple[tuple[str, str, tuple[str, ...], Rhythm], ...] = (
+    ("group_state", PLANT, ("",), "states"),
+    ("group_command", "", (PLANT,), "steps"),
+    ("group_tracking", "", (), "steps"),
+)
+"""Topics of a group beside its phases: kind, publisher, subscribers beside the recorder, rhythm; an empty
+name is that of the group."""
+
+NUMBERS_OF_A_SATELLITE: dict[str, dict[str, int]] = {
+    "group_state": {"position": 3, "velocity": 3, "applied_acceleration": 3},
+    "group_command": {"acceleration": 3, "announced_arc_length": 1, "announced_rate": 1},
+    "group_phase": {"arc_length": 1, "rate": 1},
+    "group_tracking": {
+        "reference_position": 3,
+        "reference_velocity": 3,
+        "reference_acceleration": 3,
+        "sliding_variable": 3,
+    },
+}
+"""By the kind of an array, its lists, and how many numbers each has for a satellite."""
 
 
 def lengths_of(kind: str, plan: "TopicPlan", index: int) -> tuple[tuple[str, int], ...]:
@@ -223,11 +256,13 @@ class TopicPlan:
         satellites: all of them, in order.
         announces: what they exchange.
         graph: every edge that the communication graph has at some time of the flight.
+        groups: of satellites that exchange arrays; None where each satellite has its own topics.
     """
 
     satellites: tuple[Equipment, ...]
     announces: Announces
     graph: Graph
+    groups: SatelliteGroups | None = None
 
 
 def satellite_channels(plan: TopicPlan, index: int) -> list[Channel]:
@@ -299,7 +334,8 @@ def _optional_channels_of_plant(equipment: Equipment) -> list[Channel]:
 
 def formation_channels(plan: TopicPlan) -> list[Channel]:
     """The topics that are about no satellite in particular."""
-    names = tuple(satellite.name for satellite in plan.satellites)
+    groups = plan.groups
+    names = tuple(satellite.name for satellite in plan.satellites) if groups is None else groups.names
     everyone = (*names, RECORDER)
     return [
         Channel(STATUS, "status", (PLANT,), everyone, "occasional"),
@@ -310,8 +346,67 @@ def formation_channels(plan: TopicPlan) -> list[Channel]:
     ]
 
 
+def group_channels(groups: SatelliteGroups) -> list[Channel]:
+    """The topics of groups of satellites that exchange arrays.
+
+    Args:
+        groups: of a flight.
+    """
+    found: list[Channel] = []
+    depth = 2 * array_window(len(groups.graph))
+    for index, (name, members) in enumerate(zip(groups.names, groups.members, strict=True)):
+        count = len(members)
+        for kind, publisher, subscribers, rhythm in _KINDS_OF_A_GROUP:
+            found.append(
+                Channel(
+                    topic_name(kind, name),
+                    kind,
+                    (publisher or name,),
+                    (*(own or name for own in subscribers), RECORDER),
+                    rhythm,
+                    satellites=count,
+                    depth=depth,
+                )
+            )
+        for receiver in groups.receivers_of(index):
+            other, halo = groups.names[receiver], groups.halos[index, receiver]
+            found.append(
+                Channel(
+                    phase_topic(name, other),
+                    "group_phase",
+                    (name,),
+                    (other,),
+                    "states",
+                    satellites=len(halo),
+                    depth=depth,
+                )
+            )
+    return found
+
+
+def array_bytes(satellites: int) -> int:
+    """Bytes that a step of so many satellites takes in a bag, where groups exchange arrays."""
+    recorded = ("group_state", "group_command", "group_tracking")
+    return 8 * satellites * sum(sum(NUMBERS_OF_A_SATELLITE[kind].values()) for kind in recorded)
+
+
+def array_window(satellites: int) -> int:
+    """Steps by which the plant may be ahead of the recorder, where groups exchange arrays.
+
+    Fewer for a large formation: what is not recorded is kept by its publishers.
+    """
+    return min(RECORDER_WINDOW, max(_FEWEST_AHEAD, _MOST_UNRECORDED // array_bytes(satellites)))
+
+
+def phase_topic(sender: str, receiver: str) -> str:
+    """Name of the topic on which a group publishes phases for another one."""
+    return f"/{sender}/to_{receiver}/group_phase"
+
+
 def channels(plan: TopicPlan) -> list[Channel]:
-    """Every topic of a flight: those of each satellite in order, then those of the formation."""
+    """Every topic of a flight: those of each satellite or group in order, then those of the formation."""
+    if plan.groups is not None:
+        return [*group_channels(plan.groups), *formation_channels(plan)]
     own = [satellite_channels(plan, index) for index in range(len(plan.satellites))]
     return [*(channel for satellite in own for channel in satellite), *formation_channels(plan)]
 

@@ -21,6 +21,7 @@ from satform.attitude.wheels import Wheels
 from satform.communication.messages import WIDTH
 from satform.communication.physical_links import LinkMedium
 from satform.communication.receiver import LinkPlan
+from satform.communication.satellite_groups import SatelliteGroups
 from satform.communication.topic_table import Equipment, SensorTopic, TopicPlan
 from satform.consensus.arc_length import Announces
 from satform.dynamics.specs import OF_SATELLITES
@@ -62,15 +63,18 @@ class FormationPlan:
         external: names of the satellites whose nodes somebody else starts.
         announces: what satellites exchange: their phase or their motion.
         timing: steps of the flight, and how long its parts wait.
+        groups: of satellites that exchange arrays; None where each satellite has its own topics.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, groups: SatelliteGroups | None = None) -> None:
         """Plans of a flight.
 
         Args:
             scenario: validated.
+            groups: of satellites that exchange arrays; None where each satellite has its own topics.
         """
         self._scenario = scenario
+        self.groups = groups
         self._satellites: dict[int, FlightPlan] = {}
         self.name = scenario.name
         self.names = tuple(satellite.name for satellite in scenario.satellites)
@@ -96,6 +100,9 @@ class FormationPlan:
     @cached_property
     def topics(self) -> TopicPlan:
         """From what the topics of the flight follow."""
+        if self.groups is not None:
+            satellites = tuple(Equipment(name) for name in self.names)
+            return TopicPlan(satellites, self.announces, self.groups.graph, self.groups)
         return topic_plan(self._scenario)
 
     @cached_property
@@ -168,13 +175,14 @@ class FormationPlan:
         return json.dumps([self._scenario.orbit.rate, shared])
 
 
-def compile_scenario(scenario: Scenario) -> FormationPlan:
+def compile_scenario(scenario: Scenario, groups: SatelliteGroups | None = None) -> FormationPlan:
     """The plans of a flight's parts.
 
     Args:
         scenario: validated.
+        groups: of satellites that exchange arrays; None where each satellite has its own topics.
     """
-    return FormationPlan(scenario)
+    return FormationPlan(scenario, groups)
 
 
 def timing_plan(scenario: Scenario) -> TimingPlan:

@@ -33,6 +33,9 @@ if TYPE_CHECKING:
 LARGEST = 1e15
 """Limit of quantities that have none of their own, in SI units; no number of a scenario is larger."""
 
+_ROUNDING = 1e-9
+"""Relative distance from a limit within which it is looked at more closely."""
+
 Bound = Literal["distance", "speed", "acceleration", "angular_rate", "altitude", ""]
 
 
@@ -258,7 +261,21 @@ class LimitCheck:
         )
         if within and (not self._has_ground or not plant.may_be_below(self._lowest, squares[1])):
             return None
+        if self._each_within(plant, checked):
+            return None
         return self._first(plant, checked)
+
+    def _each_within(self, plant: "Plant", checked: Iterable[_Rows]) -> bool:
+        """Whether each satellite is within the limits by more than roundings.
+
+        The sum over all satellites of a large formation may be beyond a limit though none of them is.
+        """
+        margin = 1.0 - _ROUNDING
+        for quantity, values, _ in checked:
+            limit = self._limits[quantity.bound] * margin
+            if not (values * values).sum(axis=-1).max() <= limit * limit:
+                return False
+        return not self._has_ground or bool(plant.earth_distance().min() * margin >= self._lowest)
 
     def _first(self, plant: "Plant", checked: Iterable[_Rows]) -> EarlyEnd | None:
         """The end by the first satellite that has a violation."""

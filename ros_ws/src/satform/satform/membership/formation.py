@@ -6,6 +6,7 @@ All nodes hold the same `Formation`, whose changes are numbered. Planned and unp
 the same few events, so that a flight with unplanned ones can be repeated in one process with the same bits.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,7 +18,7 @@ from pydantic import model_validator
 
 from satform.common.name_list import listed
 from satform.common.spec import NonNegative, Plugin, Spec
-from satform.consensus.graph import Graph, TopologySpec
+from satform.consensus.graph import MAXIMUM_SPECTRUM, Graph, TopologySpec
 from satform.membership.faults import FaultSpec, SatelliteLostSpec, step_at
 from satform.membership.reconfiguration import ReconfigurationSpec, Target, TargetsChanged
 from satform.numeric.elementwise import Array
@@ -332,7 +333,12 @@ class Formation:
 
     @property
     def connectivity(self) -> float:
-        """Algebraic connectivity of the graph of those that are alive, no unit."""
+        """Algebraic connectivity of the graph of those that are alive, no unit.
+
+        Not a number for more than `MAXIMUM_SPECTRUM` satellites, whose eigenvalues would take minutes.
+        """
+        if np.count_nonzero(self.alive) > MAXIMUM_SPECTRUM:
+            return math.nan
         # The whole graph keeps its eigenvalues, which take a while for a thousand satellites.
         graph = self.graph if self.alive.all() else self.graph.subgraph(self.alive)
         return graph.algebraic_connectivity if self.alive.any() else 0.0

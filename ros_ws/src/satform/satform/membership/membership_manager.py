@@ -10,7 +10,7 @@ The plant's flight loop (`satform_nodes.plant.flight_loop`) detects that a satel
 its timeout. The supervisor reports the end of a satellite's process, and restarts it.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -154,6 +154,10 @@ class MembershipManager:
     def record_command(self, satellite: int) -> None:
         """Note that a satellite that flies has commanded in this step."""
         self.commanded.add(satellite)
+
+    def record_commands(self, satellites: Iterable[int]) -> None:
+        """Note that some satellites that fly have commanded in this step."""
+        self.commanded.update(satellites)
 
     @property
     def complete(self) -> bool:

@@ -12,6 +12,7 @@ from satform.communication.message_validator import MessageValidator, RejectionC
 from satform.communication.topic_table import topic_name
 from satform.flight.limits import QUANTITIES, Violation
 from satform.membership.membership_manager import Change, MembershipManager
+from satform.numeric.elementwise import Array
 
 _ACCELERATION_AND_TORQUE = slice(3, 9)
 """Where a command message has what the plant needs."""
@@ -37,6 +38,32 @@ class CommandTiming(Protocol):
 
     def expired(self, satellites: Iterable[int], step: int, held: int) -> list[int]:
         """Count and return those whose newest command is too old to be held on."""
+
+
+class StepCommands(Protocol):
+    """The commands of the present step, however they are received.
+
+    Attributes:
+        values: acceleration and wheel torque of each satellite, m/s^2 and N m, shape (N, 6).
+        violations: violations of limits that satellites reported for the present step, by their indices.
+        timing: of commands on the wall clock.
+    """
+
+    values: Array
+    violations: dict[int, Violation]
+    timing: CommandTiming
+
+    def take(self, sender: int, data: bytes) -> bool:
+        """Take in a command message of a satellite, or of a group of them; whether it is used."""
+
+    def change(self, change: Change) -> None:
+        """Apply a change of membership."""
+
+    def final_command(self, satellite: int) -> bytes | None:
+        """The last command of a satellite before the present step; None when there is none."""
+
+    def announced_arc_length(self, satellite: int) -> float | None:
+        """The phase in the last command of a satellite, m; None when there is none."""
 
 
 class PlantCommands:

@@ -16,7 +16,7 @@ from satform.flight.limits import LimitCheck
 from satform.flight.plant import Plant
 from satform.membership.formation import Event
 from satform.membership.membership_manager import ALL_LOST, Change, Loss, MembershipManager
-from satform.protocol.plant_commands import PlantCommands
+from satform.protocol.plant_commands import StepCommands
 from satform.protocol.status import FormationPhase
 from satform.record.early_end import EarlyEnd
 
@@ -79,7 +79,7 @@ class PlantSteps:
         self,
         plan: FormationPlan,
         membership: MembershipManager,
-        commands: PlantCommands,
+        commands: StepCommands,
         output: PlantOutput,
         *,
         recorded: bool,
@@ -262,14 +262,14 @@ class PlantSteps:
 
     # Steps
 
-    def take_command(self, satellite: int, data: bytes) -> None:
+    def take_command(self, sender: int, data: bytes) -> None:
         """Take in a command message, and take the step if it was the last one that was missing.
 
         Args:
-            satellite: index of the one whose node has published it.
+            sender: index of the satellite, or of the group of them, whose node has published it.
             data: the message.
         """
-        if self.commands.take(satellite, data):
+        if self.commands.take(sender, data):
             self.advance_if_complete()
 
     def _begin_step(self) -> None:

@@ -58,6 +58,7 @@ def processes(
     recorder_needed: bool = True,
     rate: float = 0.0,
     *,
+    groups_file: Path | None = None,
     display: bool = False,
     host: HostSpec | None = None,
     namespace: str = "",
@@ -72,6 +73,7 @@ def processes(
         checkpoints: folder of the satellites' checkpoints; None to keep none.
         recorder_needed: whether the flight ends when the recorder is lost.
         rate: simulated seconds in each second of the wall clock; 0 for lockstep.
+        groups_file: where every node reads the groups of the plan; None where it has none.
         display: whether the flight is shown on topics that RViz and Foxglove draw.
         host: of which only the part is wanted; None for all.
         namespace: in which all nodes and their topics are; empty for the root.
@@ -81,6 +83,8 @@ def processes(
         the display if asked for.
     """
     common: dict[str, Value] = {"scenario": str(scenario_file)}
+    if groups_file is not None:
+        common["groups"] = str(groups_file)
     if rate > 0.0:
         common["rate"] = rate
     recorded = {**common, "recorded": bag is not None}
@@ -90,7 +94,9 @@ def processes(
     if checkpoints is not None:
         recorded["checkpoints"] = str(checkpoints)
     names = [name for name in plan.names if name not in plan.external and _runs(host, name)]
-    if group == 1:
+    if plan.groups is not None:
+        found += [NodeProcess(name, "group_node", recorded) for name in plan.groups.names]
+    elif group == 1:
         found += [NodeProcess(name, "satellite_node", {**recorded, "satellite": name}) for name in names]
     else:
         found += [

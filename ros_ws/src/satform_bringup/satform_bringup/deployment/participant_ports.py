@@ -71,7 +71,7 @@ def assigned(
         for node, partners in zip(nodes, _partners(nodes, plan), strict=True):
             settings = middleware.write_profile(
                 folder / FOLDER,
-                middleware.heartbeat(len(plan.names)),
+                middleware.heartbeat(len(plan.names if plan.groups is None else plan.groups.members)),
                 middleware.on_loopback(own[node.name], [*sorted(own[name] for name in partners), *foreign]),
                 response=middleware.RESPONSE_ON_LOOPBACK,
                 name=f"{node.name}.xml",

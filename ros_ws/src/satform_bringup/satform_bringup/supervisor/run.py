@@ -8,12 +8,13 @@ from contextlib import ExitStack
 from dataclasses import asdict
 from pathlib import Path
 
+from satform.communication.satellite_groups import divide
 from satform.files.durable_file import write_durably
 from satform.flight.compile import compile_scenario
 from satform.scenario import Scenario, load_scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform.scenario.loader import SCENARIO_FILE
-from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, LOG_FOLDER, PROCESSES_FILE
+from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, GROUPS_FILE, LOG_FOLDER, PROCESSES_FILE
 from satform_bringup.deployment import external_nodes, local_discovery, participant_ports, preflight, security
 from satform_bringup.deployment.multi_host_discovery import flight_domain, variables
 from satform_bringup.deployment.node_processes import processes
@@ -35,6 +36,7 @@ def fly(
     record: bool,
     progress: Callable[[int, int], None],
     group: int = 1,
+    arrays: bool = False,
     policy: Policy | None = None,
     display: bool = False,
     host: HostSpec | None = None,
@@ -50,7 +52,8 @@ def fly(
         out: existing folder; gets the scenario as every node reads it, the bag and the nodes' logs.
         record: whether to record a bag.
         progress: called now and then with the steps flown and the steps to fly.
-        group: how many satellites share a process; each has its own node and topics.
+        group: how many satellites share a process.
+        arrays: whether these exchange arrays; else each has its own node and topics.
         policy: what is done about losses; by default nothing is restarted and the recorder is needed.
         display: whether to show the flight on topics that RViz and Foxglove draw.
         host: of the scenario's hosts the one that this machine is; None when it runs everything.
@@ -73,7 +76,9 @@ def fly(
         period = CHECKPOINT_STEPS * scenario.timing.step
         scenario = scenario.model_copy(update={"checkpoint_period": period})
     checkpoints = out / CHECKPOINT_FOLDER if scenario.checkpoint_period is not None else None
-    plan = compile_scenario(scenario)
+    groups = divide(scenario.possible_graph(), group) if arrays else None
+    groups_file = out / GROUPS_FILE if arrays else None
+    plan = compile_scenario(scenario, groups)
     nodes = processes(
         plan,
         scenario_file,
@@ -82,6 +87,7 @@ def fly(
         checkpoints,
         not policy.without_recorder,
         policy.rate,
+        groups_file=groups_file,
         display=display,
         host=host,
         namespace=namespace,
@@ -99,11 +105,16 @@ def fly(
         if keystore is not None:
             security.require_secured(keystore, nodes, domain)
         count = len(nodes) + len(plan.external)
-        flight_variables = _environment(scenario, out, count, host, keystore) | dict(environment or {})
+        writers = len(scenario.satellites) if groups is None else len(groups.members)
+        flight_variables = _environment(scenario, out, (count, writers), host, keystore) | dict(
+            environment or {}
+        )
         save_scenario(scenario, scenario_file)
         shared_plan.write_scenario(
             process_server.shared_scenario(), scenario_file, load_scenario(scenario_file)
         )
+        if groups is not None and groups_file is not None:
+            write_durably(groups_file, groups.to_text().encode())
         if plan.external:
             external_nodes.write_environment(out, domain, flight_variables)
             notice(external_nodes.awaited(plan, out, namespace))
@@ -126,12 +137,17 @@ def fly(
 
 
 def _environment(
-    scenario: Scenario, out: Path, processes: int, host: HostSpec | None, keystore: Path | None
+    scenario: Scenario, out: Path, counts: tuple[int, int], host: HostSpec | None, keystore: Path | None
 ) -> dict[str, str]:
-    """Environment variables of the processes, for their middleware."""
-    if host is None:
-        settings = local_discovery.variables(processes, len(scenario.satellites), out)
-    else:
-        settings = variables(scenario, host, out)
+    """Environment variables of the processes, for their middleware.
+
+    Args:
+        scenario: that is flown.
+        out: folder of the run.
+        counts: of the processes, and of the satellites or groups that have topics.
+        host: that this machine is; None when it runs everything.
+        keystore: with the nodes' keys; None to fly unsecured.
+    """
+    settings = local_discovery.variables(*counts, out) if host is None else variables(scenario, host, out)
     settings |= preflight.log_variables(out)
     return settings if keystore is None else settings | security.variables(keystore)

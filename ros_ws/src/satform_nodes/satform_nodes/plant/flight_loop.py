@@ -32,6 +32,7 @@ from satform_nodes.transport.node_error import NodeError
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
     """Wait for all nodes, fly the scenario to its end, and report the result."""
     declare_start(node, "scenario")
+    declare_start(node, "groups")
     settings = PlantSettings(
         recorded=declare_start(node, "recorded"),
         recorder_needed=declare_start(node, "recorder_needed"),

@@ -16,6 +16,9 @@ from satform.communication.topic_table import (
     NODE_READY,
     PLANT,
     RECORDER,
+    RECORDER_WINDOW,
+    Channel,
+    array_window,
     channels,
     published_by,
     subscribed_by,
@@ -24,6 +27,8 @@ from satform.flight.compile import FormationPlan
 from satform.membership.membership_manager import Change, MembershipManager
 from satform.protocol.plant_steps import PlantSteps
 from satform.protocol.status import OVER, FormationPhase
+from satform_nodes.plant.formation_publishers import FormationPublishers
+from satform_nodes.plant.group_endpoints import GroupPublishers, GroupSubscriptions
 from satform_nodes.plant.message_watch import MessageWatch
 from satform_nodes.plant.publishers import PlantPublishers
 from satform_nodes.plant.reconfiguration import ReconfigurationServer
@@ -95,6 +100,12 @@ class PlantNode:
         )
         self.rejections = node.rejections
         self.names = self.membership.names
+        groups = plan.groups
+        # Names of the satellites of a group, by its name.
+        self._members: dict[str, list[str]] = {}
+        if groups is not None:
+            for own, members in zip(groups.names, groups.members, strict=True):
+                self._members[own] = [self.names[index] for index in members]
         self.start_timeout = start_timeout(plan)
         self._timeout = plan.timing.node_timeout
         self._awaited_since = 0.0
@@ -105,18 +116,7 @@ class PlantNode:
         self._progress = FlightProgress(self.rejections)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         table = channels(plan.topics)
-        self.subscriptions = PlantSubscriptions(
-            node,
-            executor,
-            subscribed_by(PLANT, table),
-            self.membership,
-            self.rejections,
-            self._on_command,
-            self._on_ready,
-            self._on_other_interface,
-            self._stamps,
-            clocked=self.clocked,
-        )
+        self.subscriptions = self._subscribe(executor, subscribed_by(PLANT, table))
         self.steps = PlantSteps(
             plan,
             self.membership,
@@ -125,9 +125,15 @@ class PlantNode:
             recorded=recorded,
             recorder_needed=settings.recorder_needed,
             clocked=self.clocked,
+            window=RECORDER_WINDOW if plan.groups is None else array_window(len(plan.names)),
             processor_clock=time.thread_time,
         )
-        self._publishers = PlantPublishers(node, plan, self.steps.plant, published_by(PLANT, table))
+        topics = published_by(PLANT, table)
+        self._publishers: FormationPublishers = (
+            PlantPublishers(node, plan, self.steps.plant, topics)
+            if plan.groups is None
+            else GroupPublishers(node, plan, self.steps.plant, topics, plan.groups)
+        )
         self._endpoints = MatchedEndpoints(node)
         self.subscriptions.require_publishers(self._endpoints)
         if recorded:
@@ -146,6 +152,25 @@ class PlantNode:
         if plan.external:
             # A program that knows no scenario reads names and graph from it before it can be ready.
             self.publish_status(FormationPhase.WAITING, "")
+
+    def _subscribe(
+        self, executor: StepExecutor, channels: list[Channel]
+    ) -> PlantSubscriptions | GroupSubscriptions:
+        """Subscribe to the commands of each satellite, or of each group."""
+        handlers = (self.rejections, self._on_command, self._on_ready, self._on_other_interface)
+        if self.plan.groups is None:
+            return PlantSubscriptions(
+                self.node,
+                executor,
+                channels,
+                self.membership,
+                *handlers,
+                self._stamps,
+                clocked=self.clocked,
+            )
+        return GroupSubscriptions(
+            self.node, executor, channels, self.membership, self.plan.groups, *handlers, self._stamps
+        )
 
     @property
     def flown(self) -> bool:
@@ -209,7 +234,8 @@ class PlantNode:
         self.steps.take_command(index, data)
 
     def _on_ready(self, name: str, checkpoint: int) -> None:
-        self.steps.note_ready(name, checkpoint)
+        for own in self._members.get(name, (name,)):
+            self.steps.note_ready(own, checkpoint)
 
     def _on_other_interface(self, name: str, version: int) -> None:
         """Before the flight: end it, since a node follows another version of the interface."""
@@ -265,7 +291,15 @@ class PlantNode:
         """Take in which processes have ended, as the supervisor has reported it so far."""
         for event in self.report.received():
             if event["event"] == "lost":
-                self.steps.lose([event["who"]], event["reason"])
+                self._lose([event["who"]], event["reason"])
+
+    def _lose(self, names: list[str], reason: str) -> None:
+        """Go on without some nodes; without a group the flight ends."""
+        groups = [name for name in names if name in self._members]
+        if groups:
+            self.steps.aborted = (groups, reason)
+        else:
+            self.steps.lose(names, reason)
 
     def publish_status(self, phase: FormationPhase, reason: str) -> None:
         """Publish the phase of the formation, from which step on it holds, and why."""
@@ -306,11 +340,17 @@ class PlantNode:
             self._stalled_in, self._stalled_since = progress, now
         elif self.watch.step is None and now - self._stalled_since > _WATCHED_AFTER * self._timeout:
             senders = self.steps.awaited_senders()
-            if len(senders) <= _MOST_WATCHED:
+            if self.plan.groups is None and len(senders) <= _MOST_WATCHED:
                 self.watch.begin(senders, self.membership.step)
 
     def end_waiting(self) -> None:
         """Go on without the nodes because of which the present step has not gone on within the timeout."""
+        if isinstance(self.subscriptions, GroupSubscriptions):
+            missing = self.subscriptions.missing_groups
+            if missing:
+                lost = self.subscriptions.unresponsive(missing, self._timeout) or missing
+                self._lose(lost, f"no answer within {self._timeout:g} s from {listed(lost)}")
+                return
         received = {self.names[satellite] for satellite in self.watch.received_from}
         unresponsive = self.subscriptions.unresponsive(self.steps.missing(), self._timeout)
         silent = [name for name in unresponsive if name not in received]

@@ -1,54 +1,31 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Publishers of the plant: states, attitudes, applied thrust, clock, formation status."""
+"""Publishers of the plant about each satellite: states, attitudes, links, readings, applied thrust."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock
-from satform_msgs.msg import (
-    Attitude,
-    Command,
-    FormationStatus,
-    OrbitState,
-    Propulsion,
-    RelativeState,
-    SatelliteTarget,
-)
-from satform_msgs.msg import EarlyEnd as EarlyEndMessage
+from satform_msgs.msg import Attitude, OrbitState, Propulsion, RelativeState
 
 from satform.communication import topic_table
-from satform.communication.sim_time import Stamps
-from satform.communication.topic_table import Channel, relative, topic_name
+from satform.communication.topic_table import Channel, topic_name
 from satform.flight.compile import FormationPlan
 from satform.flight.geodetic_fixes import GeodeticFixes
 from satform.flight.plant import Plant
-from satform.membership.formation import Formation
-from satform.membership.membership_manager import Change
-from satform.record.early_end import EarlyEnd
+from satform_nodes.plant.formation_publishers import FormationPublishers
 from satform_nodes.plant.sensor_messages import SensorMessages
-from satform_nodes.runtime.lifecycle import wait_for_acknowledgement
-from satform_nodes.transport import qos, topic_types
 from satform_nodes.transport.cdr_codec import layout
-from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_forms import form_of
-from satform_nodes.transport.node_names import local_name
 
 _STATE = layout(RelativeState, topic_table.FRAME)
 _ATTITUDE = layout(Attitude, topic_table.FRAME)
 _PROPULSION = layout(Propulsion, topic_table.FRAME)
 _ORBIT = layout(OrbitState, topic_table.INERTIAL_FRAME)
 
-_NOTHING = Change((), ())
-"""No change of the formation."""
 
-_ACKNOWLEDGEMENT_TIMEOUT = 5.0
-"""Timeout of the acknowledgements of the final status, s."""
-
-
-class PlantPublishers:
+class PlantPublishers(FormationPublishers):
     """The plant's publishers, with its last messages for retransmission."""
 
     def __init__(self, node: Node, plan: FormationPlan, plant: Plant, channels: Iterable[Channel]) -> None:
@@ -60,35 +37,17 @@ class PlantPublishers:
             plant: whose states are published.
             channels: the topics on which the plant publishes.
         """
-        self._node = node
-        self._plant = plant
-        self._names = list(plan.names)
-        self._last_step = plan.timing.steps
-        self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
+        super().__init__(node, plan, plant, channels)
         self._topics = plan.topics
         # Messages to each satellite at this step, for retransmission.
         self._last_messages: dict[int, list[bytes]] = {}
-        self._status = FormationStatus()
-        # Diagnostics are published by `Health`.
-        self._channels = [channel for channel in channels if channel.kind != "diagnostics"]
-        publishers = self._publishers = {
-            channel.topic: node.create_publisher(
-                topic_types.TYPES[channel.kind],
-                relative(channel.topic),
-                qos.PUBLISHER_BY_RHYTHM[channel.rhythm],
-            )
-            for channel in self._channels
-        }
+        publishers = self._publishers
 
         def of_satellites(kind: str) -> dict[int, Any]:
             """The publishers of a kind by the satellites' indices."""
             named = {index: topic_name(kind, name) for index, name in enumerate(self._names)}
             return {index: publishers[own] for index, own in named.items() if own in publishers}
 
-        self._clock_publisher, self._status_publisher = (
-            publishers[topic_table.CLOCK],
-            publishers[topic_table.STATUS],
-        )
         self._state_publishers = list(of_satellites("state").values())
         self._attitude_publishers = of_satellites("attitude")
         self._link_publishers = of_satellites("link_conditions")
@@ -100,17 +59,9 @@ class PlantPublishers:
         self._sensor_messages = SensorMessages(plan.topics, publishers, self._stamps, self._geodetic)
         self._propulsion_publishers = list(of_satellites("propulsion").values())
 
-    def require_subscribers(self, endpoints: MatchedEndpoints, *, recorded: bool) -> None:
-        """Require the subscribers of the plant's topics.
-
-        Args:
-            endpoints: gets them.
-            recorded: whether a recorder subscribes, too.
-        """
-        for channel in self._channels:
-            endpoints.require_subscribers(
-                self._publishers[channel.topic], channel.required_subscribers(recorded=recorded)
-            )
+    @property
+    def _state_topics(self) -> list[Any]:
+        return self._state_publishers
 
     # At each step
 
@@ -145,9 +96,7 @@ class PlantPublishers:
             moved = (*position, *velocity, *applied[index])
             publisher.publish(_STATE.pack(seconds, nanoseconds, step, number, *moved))
         self._publish_orbits(seconds, nanoseconds, step)
-        clock = Clock()
-        clock.clock.sec, clock.clock.nanosec = seconds, nanoseconds
-        self._clock_publisher.publish(clock)
+        self._publish_clock(seconds, nanoseconds)
 
     def _publish_orbits(self, seconds: int, nanoseconds: int, step: int) -> None:
         if self._orbits is None:
@@ -226,94 +175,3 @@ class PlantPublishers:
             publisher.publish(
                 _PROPULSION.pack(seconds, nanoseconds, step, *acceleration, delta_v, propellant, *counts)
             )
-
-    # Now and then
-
-    def publish_status(
-        self,
-        formation: Formation,
-        phase: int,
-        reason: str,
-        change: Change = _NOTHING,
-        final_commands: Sequence[Command] = (),
-        early_end: EarlyEnd | None = None,
-    ) -> None:
-        """Publish the status of the formation.
-
-        Args:
-            formation: membership and communication graph.
-            phase: of the flight.
-            reason: of this phase, as text.
-            change: of the formation at this step.
-            final_commands: the last command of each satellite that is lost now.
-            early_end: why the flight ends now before its last step; None when it does not.
-        """
-        receivers, senders = np.nonzero(formation.graph.adjacency)
-        self._status = FormationStatus(
-            step=self._plant.step,
-            version=formation.number,
-            phase=phase,
-            last_step=self._last_step,
-            satellites=self._names,
-            alive=formation.alive.tolist(),
-            edge_receivers=receivers.tolist(),
-            edge_senders=senders.tolist(),
-            algebraic_connectivity=float(formation.connectivity),
-            lost=[self._names[index] for index in change.lost],
-            final_commands=list(final_commands),
-            rejoined=[self._names[event.satellite] for event in change.rejoined],
-            rejoin_checkpoints=[
-                -1 if event.checkpoint is None else event.checkpoint for event in change.rejoined
-            ],
-            targets=[
-                SatelliteTarget(
-                    satellite=self._names[index],
-                    since=target.since,
-                    target=target.spec.to_text(),
-                    fields=sorted(target.fields),
-                )
-                for index, target in sorted(formation.targets.items())
-            ],
-            early_end=[] if early_end is None else [_early_end_message(early_end)],
-            reason=reason,
-        )
-        seconds, nanoseconds = self._stamps.at(self._plant.step)
-        self._status.header.stamp.sec, self._status.header.stamp.nanosec = seconds, nanoseconds
-        self._status.header.frame_id = topic_table.FRAME
-        self.republish_status()
-
-    def republish_status(self) -> None:
-        """Publish the last status again."""
-        self._status_publisher.publish(self._status)
-
-    def wait_for_acknowledgement(self, others: Collection[str], *, recorded: bool) -> bool:
-        """Wait until the last messages are acknowledged, for a bounded time.
-
-        Args:
-            others: names of required subscribers; if none of them is present, the wait ends.
-            recorded: whether all steps are in a bag, so that no state is unacknowledged.
-
-        Returns:
-            False after the timeout.
-        """
-
-        def present() -> bool:
-            subscribers = self._node.get_subscriptions_info_by_topic(self._status_publisher.topic_name)
-            return any(local_name(other, self._node.get_namespace()) in others for other in subscribers)
-
-        step_publishers: list[Any] = [] if recorded else [*self._state_publishers, self._clock_publisher]
-        return wait_for_acknowledgement(
-            (self._status_publisher, *step_publishers), present, _ACKNOWLEDGEMENT_TIMEOUT
-        )
-
-
-def _early_end_message(end: EarlyEnd) -> EarlyEndMessage:
-    return EarlyEndMessage(
-        satellite=end.satellite,
-        quantity=end.quantity,
-        step=end.step,
-        value=end.value,
-        limit=end.limit,
-        unit=end.unit,
-        cause=end.cause,
-    )

@@ -141,6 +141,10 @@ class ReconfigurationServer:
             ValueError: it cannot be flown, with the sentence why not.
         """
         control, request = self._control, handle.request
+        if control.plan.groups is not None:
+            raise ValueError(
+                "groups that exchange arrays keep their targets; fly without --arrays to set them"
+            )
         if self._goal is not None:
             raise ValueError("another reconfiguration is under way: cancel it first")
         if not control.flying:

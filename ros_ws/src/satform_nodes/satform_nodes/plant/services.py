@@ -100,6 +100,10 @@ class FormationServices:
         return _done(reply, "stops")
 
     def _set_graph(self, request: Any, reply: Any) -> Any:
+        if self._control.plan.groups is not None:
+            return _failed(
+                reply, "groups that exchange arrays keep their graph; fly without --arrays to set it"
+            )
         if not self._control.flying:
             return _failed(reply, "the flight has not begun")
         if self._control.last_step_taken:

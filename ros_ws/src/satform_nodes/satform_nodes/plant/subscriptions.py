@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Subscriptions of the plant: commands, node readiness, progress of the recorder."""
+"""Subscriptions of the plant to the commands of each satellite."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -8,39 +8,31 @@ from functools import partial
 from typing import Any
 
 from rclpy.node import Node
-from satform_msgs.msg import Command, NodeReady, RecorderProgress
+from satform_msgs.msg import Command
 
 from satform.communication import topic_table
-from satform.communication.message_validator import (
-    CONTRADICTION,
-    MessageRules,
-    RejectionCounter,
-)
+from satform.communication.message_validator import MessageRules, RejectionCounter
 from satform.communication.sim_time import Stamps
-from satform.communication.topic_table import RECORDER, Channel, topic_name
+from satform.communication.topic_table import Channel, topic_name
 from satform.membership.membership_manager import MembershipManager
 from satform.protocol.plant_commands import PlantCommands
-from satform_nodes.runtime.realtime_loop import CommandMonitor
+from satform_nodes.plant.formation_subscriptions import FormationSubscriptions
 from satform_nodes.transport import qos
 from satform_nodes.transport.authorised_publishers import AuthorisedPublishers
 from satform_nodes.transport.cdr_codec import layout
 from satform_nodes.transport.compiled import new_validator
-from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.fast_path import MANY_SUBSCRIPTIONS
-from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 
 _COMMAND = layout(Command, topic_table.FRAME)
 _COMMAND_RULES = MessageRules(unbounded=(len(_COMMAND.fields) - 1, len(_COMMAND.fields)))
 """One field of a command may have any value: what a satellite reports as beyond every limit."""
-_RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
 
 
-class PlantSubscriptions:
+class PlantSubscriptions(FormationSubscriptions):
     """The plant's subscriptions, and the values received on them.
 
     Attributes:
-        command_monitor: delays and misses of commands on the wall clock.
         commands: of all satellites for the present step.
     """
 
@@ -73,32 +65,18 @@ class PlantSubscriptions:
             stamps: of the scenario's steps.
             clocked: whether the flight goes by the wall clock.
         """
+        channels = list(channels)
         names = membership.names
-        self.command_monitor = CommandMonitor(len(names))
-        self._node = node
-        self._executor = executor
+        super().__init__(
+            node, executor, channels, len(names), rejections, on_offer, on_other_interface, stamps
+        )
         self._membership = membership
-        self._rejections = rejections
         self._on_command = on_command
-        self._on_offer = on_offer
-        self._on_other_interface = on_other_interface
-        self._stamps = stamps
         self._clocked = clocked
         self._turn = (-1, 0)
         self._flying: tuple[int, list[Any]] = (-1, [])
         self._received_at = [time.monotonic()] * len(names)
         authorised = {channel.topic: channel.publishers for channel in channels}
-        self._authorised_ready = AuthorisedPublishers(
-            node, topic_table.NODE_READY, authorised[topic_table.NODE_READY], rejections
-        )
-        executor.subscribe(
-            node,
-            NodeReady,
-            topic_table.NODE_READY,
-            self._on_ready,
-            qos.LATCHED_READER,
-            self._authorised_ready,
-        )
         commands = [topic_name("command", name) for name in names]
         self._authorised = [
             AuthorisedPublishers(node, topic, authorised[topic], rejections) for topic in commands
@@ -120,6 +98,7 @@ class PlantSubscriptions:
             )
             for index, topic in enumerate(commands)
         ]
+        self._commands = list(zip(self._subscriptions, self._authorised, strict=True))
 
     def begin(self) -> None:
         """Start the flight: from now on commands are waited for."""
@@ -158,40 +137,6 @@ class PlantSubscriptions:
         self._turn = (membership.step, index)
         return self._subscriptions[index] if index >= 0 else None
 
-    def require_publishers(self, endpoints: MatchedEndpoints) -> None:
-        """Require the publishers of the commands."""
-        for subscription, authorised in zip(self._subscriptions, self._authorised, strict=True):
-            endpoints.require_publishers(subscription, authorised)
-
-    def subscribe_recorder_progress(
-        self, endpoints: MatchedEndpoints, on_recorded: Callable[[int], None]
-    ) -> None:
-        """Subscribe to the progress of the recorder.
-
-        Args:
-            endpoints: gets the recorder as a required publisher.
-            on_recorded: called with the step up to which everything is in the bag.
-        """
-        stamps = self._stamps
-
-        def note(data: bytes, _name: str) -> None:
-            numbers = _RECORDER_PROGRESS.unpack(data)
-            if numbers is None:
-                self._rejections.add(topic_table.RECORDER_PROGRESS, "another form")
-                return
-            if stamps.contradict(*numbers[:3], exact=True):
-                self._rejections.add(topic_table.RECORDER_PROGRESS, CONTRADICTION)
-                return
-            on_recorded(int(numbers[2]))
-
-        authorised = AuthorisedPublishers(
-            self._node, topic_table.RECORDER_PROGRESS, [RECORDER], self._rejections
-        )
-        progress = self._executor.subscribe(
-            self._node, RecorderProgress, topic_table.RECORDER_PROGRESS, note, qos.LOCKSTEP_READER, authorised
-        )
-        endpoints.require_publishers(progress, authorised)
-
     def allow_replacement(self, lost: Iterable[int]) -> None:
         """Accept restarted processes of lost satellites as publishers."""
         for index in lost:
@@ -217,20 +162,3 @@ class PlantSubscriptions:
     def _note_command(self, index: int, data: bytes, _name: str) -> None:
         self._received_at[index] = time.monotonic()
         self._on_command(index, data)
-
-    def _on_ready(self, data: bytes, name: str) -> None:
-        ready = deserialize_or_reject(data, NodeReady, topic_table.NODE_READY, self._rejections)
-        if ready is None:
-            return
-        if ready.node.rpartition("/")[2] != name:
-            self._rejections.add(topic_table.NODE_READY, f"{name} publishes for another node")
-            return
-        stamp = ready.header.stamp
-        if self._stamps.contradict(stamp.sec, stamp.nanosec, ready.step, exact=True):
-            self._rejections.add(topic_table.NODE_READY, CONTRADICTION)
-            return
-        if ready.interface != topic_table.INTERFACE_VERSION:
-            self._rejections.add(topic_table.NODE_READY, f"{name} has another version of the interface")
-            self._on_other_interface(name, int(ready.interface))
-            return
-        self._on_offer(name, int(ready.checkpoint))

@@ -37,6 +37,7 @@ _LAST_MESSAGES = 0.1
 def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: SupervisorPipe) -> int:
     """Record from the first step to the end of the flight, and close the bag."""
     declare_start(node, "scenario")
+    declare_start(node, "groups")
     folder = declare_start(node, "bag")
     clocked = declare_rate(node) > 0.0
     scenario, plan = scenario_and_plan(node)

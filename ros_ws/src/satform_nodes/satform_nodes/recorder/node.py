@@ -11,6 +11,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from satform_msgs.msg import FormationStatus, NodeReady, ParameterChange, RecorderProgress
 
+from satform.bag.format import EVERY, GROUP_MEMBERS, GROUPS_METADATA
 from satform.common.exit_codes import EXIT_BAD_INPUT
 from satform.communication import topic_table
 from satform.communication.message_validator import CONTRADICTION
@@ -20,13 +21,15 @@ from satform.communication.topic_table import (
     PLANT,
     RECORDER,
     Channel,
+    array_window,
     channels,
     relative,
     satellite_channels,
     subscribed_by,
 )
+from satform.flight.array_exchange import recorded_every
 from satform.flight.compile import FormationPlan
-from satform.protocol.recorder_steps import RecorderSteps, SteppedTopic
+from satform.protocol.recorder_steps import REPORT_EVERY, RecorderSteps, SteppedTopic
 from satform.scenario import Scenario
 from satform_nodes.bag.metadata import offered
 from satform_nodes.bag.writer import BagWriter
@@ -40,7 +43,7 @@ from satform_nodes.transport.deserialization import deserialize_or_reject
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.matched_endpoints import MatchedEndpoints
 from satform_nodes.transport.message_definitions import described
-from satform_nodes.transport.message_forms import form_of, validator_of
+from satform_nodes.transport.message_forms import array_validator_of, form_of, validator_of
 from satform_nodes.transport.node_error import NodeError
 
 _RECORDER_PROGRESS = layout(RecorderProgress, topic_table.FRAME)
@@ -73,11 +76,15 @@ class RecorderNode:
         self._topics = plan.topics
         self._about = {
             channel.topic: index
-            for index in range(len(self._names))
+            for index in range(len(self._names) if plan.groups is None else 0)
             for channel in satellite_channels(plan.topics, index)
         }
+        report_every, self._write_every = REPORT_EVERY, 1
+        if plan.groups is not None:
+            report_every = min(REPORT_EVERY, array_window(len(self._names)) // 2)
+            self._write_every = recorded_every(len(self._names), plan.timing.steps)
         followed = subscribed_by(RECORDER, channels(plan.topics))
-        self.steps = RecorderSteps(plan, followed, self, clocked=clocked)
+        self.steps = RecorderSteps(plan, followed, self, clocked=clocked, report_every=report_every)
         self._authorised: list[AuthorisedPublishers] = []
         self._executor = executor
         self._subscriptions: dict[int, list[Any]] = {}
@@ -92,6 +99,9 @@ class RecorderNode:
             raise NodeError(f"{folder}: holds a bag already; choose another folder", EXIT_BAD_INPUT) from None
         except OSError as error:
             raise NodeError(f"{folder}: cannot be written to: {error.strerror}", EXIT_BAD_INPUT) from None
+        if plan.groups is not None:
+            entries = {GROUP_MEMBERS: plan.groups.to_text(), EVERY: str(self._write_every)}
+            self.bag.add_metadata(GROUPS_METADATA, entries)
 
         self._ready_publisher = node.create_publisher(
             NodeReady, relative(topic_table.NODE_READY), qos.LATCHED
@@ -159,10 +169,13 @@ class RecorderNode:
             topic: what is in the bag of it.
         """
         name, kind, publishers = followed.topic, followed.kind, followed.publishers
-        number = self._add_topic(name, kind, qos.LOCKSTEP)
+        profile = qos.arrays(followed) if followed.satellites else qos.LOCKSTEP
+        number = self._add_topic(name, kind, profile)
         validate: Callable[[bytes, int, int], tuple[Any, ...] | None] = self._validated_clock
         fields: tuple[str, ...] = ()
-        if kind != "clock":
+        if followed.satellites:
+            validate = array_validator_of(followed, self.rejections, self._stamps).validate
+        elif kind != "clock":
             about = self._about.get(name, 0)
             validator = validator_of(kind, name, self._topics, about, self.rejections, self._stamps)
             validate, fields = validator.validate, form_of(kind, self._topics, about).fields
@@ -173,12 +186,18 @@ class RecorderNode:
             if numbers is None:
                 return
             seconds, nanoseconds, step = numbers[:3]
-            self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, step)
+            if step % self._write_every == 0:
+                self.bag.write(number, seconds * NANOSECONDS + nanoseconds, data, step)
             self.steps.note_message(topic, step, 0 if version is None else numbers[version])
 
         authorised = self._authorise(name, publishers)
         subscription = executor.subscribe(
-            self.node, topic_types.TYPES[kind], name, _on_message, qos.LOCKSTEP_READER, authorised
+            self.node,
+            topic_types.TYPES[kind],
+            name,
+            _on_message,
+            profile if followed.satellites else qos.LOCKSTEP_READER,
+            authorised,
         )
         self._subscriptions.setdefault(topic.satellite, []).append(subscription)
         if publishers == (PLANT,) or not followed.optional:

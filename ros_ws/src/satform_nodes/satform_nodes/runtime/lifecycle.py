@@ -6,6 +6,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_BAD_INPUT, EXIT_DONE, EXIT_LOST, EXIT_STOPPED
+from satform.communication.satellite_groups import SatelliteGroups
+from satform.flight.array_exchange import array_complaints
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.protocol.formation_view import STOPPED
 from satform.scenario import Scenario, ScenarioError, load_scenario
@@ -79,31 +82,55 @@ def reject_sim_time(node: Node) -> None:
 def scenario_and_plan(node: Node) -> tuple[Scenario, FormationPlan]:
     """The scenario that is named by the node's `scenario` parameter, and the plans of its flight's parts.
 
+    Its parameter `groups`, if it has this, may name a file of groups that exchange arrays.
+
     Raises:
-        NodeError: no scenario is named, or it cannot fly.
+        NodeError: no scenario is named, or it cannot fly, or not by arrays.
     """
     path = str(node.get_parameter("scenario").value)
     if not path:
         raise NodeError(
             f"{node.get_name()} needs the parameter scenario: the path of a scenario file", EXIT_BAD_INPUT
         )
+    groups = str(node.get_parameter("groups").value) if node.has_parameter("groups") else ""
     shared = shared_plan.scenario_and_plan(path)
     if shared is not None:
-        return shared
+        return (shared[0], _plan_in_groups(node, shared[0], Path(groups))) if groups else shared
     try:
         scenario = load_scenario(path)
     except ScenarioError as error:
         raise NodeError(str(error), EXIT_BAD_INPUT) from None
-    return scenario, compile_scenario(scenario)
+    return scenario, _plan_in_groups(node, scenario, Path(groups)) if groups else compile_scenario(scenario)
 
 
 def plan_of(node: Node) -> FormationPlan:
     """The plans of a flight's parts, of the scenario that is named by the node's `scenario` parameter.
 
     Raises:
-        NodeError: no scenario is named, or it cannot fly.
+        NodeError: as of `scenario_and_plan`.
     """
     return scenario_and_plan(node)[1]
+
+
+def _plan_in_groups(node: Node, scenario: Scenario, file: Path) -> FormationPlan:
+    """The plans of a flight's parts, with groups that exchange arrays.
+
+    Args:
+        node: of the flight.
+        scenario: what is flown.
+        file: of the groups.
+
+    Raises:
+        NodeError: there are no such groups, or the scenario cannot be flown by arrays.
+    """
+    complaints = array_complaints(scenario)
+    if complaints:
+        raise NodeError(f"{node.get_name()}: {complaints[0]}", EXIT_BAD_INPUT)
+    try:
+        groups = SatelliteGroups.of_text(file.read_text(encoding="utf-8"), scenario.possible_graph())
+    except (OSError, ValueError) as error:
+        raise NodeError(f"{node.get_name()}: the file of groups {file} {error}", EXIT_BAD_INPUT) from None
+    return compile_scenario(scenario, groups)
 
 
 def _stopped_exit_code(node: Node) -> int:

@@ -33,6 +33,9 @@ START_PARAMETERS = {
     "rate": StartParameter(0.0, "simulated seconds per second of wall-clock time; 0 for lockstep"),
     "satellite": StartParameter("", "name of the satellite in the scenario"),
     "satellites": StartParameter([""], "names of the satellites in this process"),
+    "groups": StartParameter(
+        "", "file of the groups of satellites that exchange arrays; empty where each has its own topics"
+    ),
     "checkpoints": StartParameter("", "folder of the checkpoints; empty to write none"),
     "bag": StartParameter("", "folder of the bag to be written"),
     "display_scale": StartParameter(1e-3, "length of one metre in the markers"),
@@ -65,7 +68,7 @@ _SATELLITE = ("controller", "attitude_controller", "curve", "phase")
 PROGRAMS = {
     "plant_node": Program(
         "Propagates all satellites, decides which of them take part, and publishes simulated time.",
-        ("scenario", "recorded", "recorder_needed", "rate", STOPPED_EXIT_CODE),
+        ("scenario", "groups", "recorded", "recorder_needed", "rate", STOPPED_EXIT_CODE),
     ),
     "satellite_node": Program(
         "Flies one satellite.",
@@ -74,12 +77,12 @@ PROGRAMS = {
     ),
     "group_node": Program(
         "Runs the flight software of several satellites in one process.",
-        ("scenario", "satellites", "recorded", "checkpoints", "rate", STOPPED_EXIT_CODE),
+        ("scenario", "groups", "satellites", "recorded", "checkpoints", "rate", STOPPED_EXIT_CODE),
         _SATELLITE,
     ),
     "recorder_node": Program(
         "Records the flight as a bag (MCAP).",
-        ("scenario", "bag", "rate", STOPPED_EXIT_CODE),
+        ("scenario", "groups", "bag", "rate", STOPPED_EXIT_CODE),
     ),
     "display_node": Program(
         "Publishes markers, poses, paths and transforms for RViz and Foxglove.",

@@ -8,7 +8,6 @@ change of membership, graph or parameters, and each satellite continues with its
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -16,14 +15,13 @@ from satform_msgs.msg import Command, Tracking
 
 from satform.attitude.guidance import Attitude
 from satform.communication import topic_table
-from satform.communication.messages import AROUND_NUMBERS, WIDTH, encode
-from satform.communication.receiver import ReceiverModel
+from satform.communication.messages import AROUND_NUMBERS, WIDTH
 from satform.communication.sim_time import Stamps
 from satform.control.protocol import Motion
 from satform.flight.compile import FormationPlan
-from satform.flight.limits import NO_COMMAND, LimitCheck, Violation
+from satform.flight.limits import Violation
 from satform.flight.satellite import Satellite
-from satform.flight.satellite_step import Decision
+from satform.flight.stacked_step import StackedResult, StackedStep
 from satform.membership.formation import has_individual_events
 from satform.protocol.neighbour_messages import Message
 from satform_nodes.satellite.node import SatelliteNode
@@ -59,9 +57,10 @@ def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -
     if len(satellites) < 2 or not ordinary or not alike:
         return False
     try:
-        plans = [plan.satellite(node.index, node.steps.neighbour_messages.neighbours) for node in satellites]
-        stacked = Satellite.stacked(
-            plans, max(len(node.steps.neighbour_messages.neighbours) for node in satellites)
+        stacked = StackedStep(
+            plan,
+            [node.index for node in satellites],
+            [node.steps.neighbour_messages.neighbours for node in satellites],
         )
     except ValueError:
         return False
@@ -74,33 +73,31 @@ def batch_satellites(satellites: Sequence[SatelliteNode], plan: FormationPlan) -
 class BatchedStep:
     """Collects the messages of one step of all satellites, and computes it for all once it is complete."""
 
-    def __init__(self, satellites: Sequence[SatelliteNode], plan: FormationPlan, stacked: Satellite) -> None:
+    def __init__(
+        self, satellites: Sequence[SatelliteNode], plan: FormationPlan, stacked: StackedStep
+    ) -> None:
         """Nothing has arrived yet.
 
         Args:
             satellites: the nodes, in the order in which they are stacked.
             plan: of the flight's parts.
-            stacked: their flight software, stacked.
+            stacked: computes their steps.
         """
         self._nodes = list(satellites)
         self._publishers = [node.publishers for node in satellites]
-        self._satellite = stacked
-        stacked.repeat_on_floats(plan.timing.steps)
-        self._limits = LimitCheck(plan.limits)
+        self._stacked = stacked
         self._steps = plan.timing.steps
         self._announces = plan.announces
         self._announcement = layout(topic_types.TYPES[self._announces], topic_table.FRAME)
         self._stamps = Stamps(plan.timing.step, plan.timing.step_nanoseconds)
         self._number = satellites[0].steps.view.formation.number
         rows = [node.steps.neighbour_messages.neighbours for node in satellites]
-        self._receiver = ReceiverModel(plan.links, np.array([node.index for node in satellites]), rows)
         self._width = max(len(row) for row in rows)
         self._slots = [
             {neighbour: row * self._width + slot for slot, neighbour in enumerate(own)}
             for row, own in enumerate(rows)
         ]
         self._turns = satellites[0].turns
-        self._fresh = self._receiver.linked(satellites[0].steps.view.formation)
         # Received messages, and the number of missing ones, of the present step and the next one, by the
         # step's lowest bit.
         self._edges = sum(len(row) for row in rows)
@@ -200,7 +197,7 @@ class BatchedStep:
     def dissolve(self) -> None:
         """Have each satellite compute its own steps, from its part of the state and of the messages."""
         self._executor.await_in_turn(None)
-        nodes, begun = self._nodes, self._satellite.state.has_acted
+        nodes, begun = self._nodes, self._stacked.satellite.state.has_acted
         for row, node in enumerate(nodes):
             node.steps.leave_batch(self.single(row) if begun else None)
             for neighbour, slot in self._slots[row].items():
@@ -214,7 +211,7 @@ class BatchedStep:
     def single(self, row: int) -> Satellite:
         """The flight software of one of the satellites by itself."""
         node = self._nodes[row]
-        return self._satellite.single(
+        return self._stacked.satellite.single(
             row, node.steps.satellite.plan, len(node.steps.neighbour_messages.neighbours)
         )
 
@@ -224,21 +221,19 @@ class BatchedStep:
         step = self._step
         # Processor time: wall-clock time would include other threads that run meanwhile.
         begin = time.thread_time()
-        decision: Decision | None = None
-        with suppress(ArithmeticError):
-            decision = self._decide(step)
+        result = self._compute(step)
         busy = (time.thread_time() - begin) / len(self._nodes)
         self._received[step & 1], self._missing[step & 1] = self._empty_slots(), self._edges
         self._step = step + 1
         self._begin_step()
         for node in self._nodes:
             node.steps.count_batched_step(busy)
-        if decision is None:
-            self._report(step, {0: NO_COMMAND})
+        if isinstance(result, StackedResult):
+            self._publish(step, result)
         else:
-            self._publish(step, decision)
+            self._report(step, result)
 
-    def _decide(self, step: int) -> Decision:
+    def _compute(self, step: int) -> StackedResult | dict[int, Violation]:
         count = len(self._nodes)
         first = self._states[0]
         assert first is not None  # noqa: S101 - everything has arrived
@@ -247,16 +242,22 @@ class BatchedStep:
         messages = np.array(self._received[step & 1], dtype=np.float64).reshape(
             count, self._width, len(self._no_message)
         )
-        received = self._receiver.receive(
-            step, messages[..., 1:], messages[..., 0], self._fresh, self._nodes[0].steps.view.formation
-        )
         attitude = None
         if self._turns:
             turned = np.array([own[3:12] for own in self._attitudes if own is not None])
             attitude = Attitude(turned[:, :3], turned[:, 3:6], turned[:, 6:9])
         # Satellites whose filters are updated at different times are not stacked.
         measured_step = self._stamps.step(first[0], first[1])
-        return self._satellite.act(motion, received, measured_step, attitude, states[:, 6:])
+        return self._stacked.compute(
+            step,
+            motion,
+            messages[..., 1:],
+            messages[..., 0],
+            self._nodes[0].steps.view.formation,
+            measured_step=measured_step,
+            attitude=attitude,
+            applied=states[:, 6:],
+        )
 
     def _report(self, step: int, violations: dict[int, Violation]) -> None:
         """Report the violations to the plant, with zero commands for all satellites of the batch."""
@@ -264,16 +265,11 @@ class BatchedStep:
         for row, own in enumerate(self._publishers):
             own.publish_command(violation_command(self._stamps.at(step), step, violations.get(row, within)))
 
-    def _publish(self, step: int, decision: Decision) -> None:
+    def _publish(self, step: int, result: StackedResult) -> None:
         """Publish all commands first, as the plant waits for them; then neighbour messages; then the rest."""
         nodes, publishers, now = self._nodes, self._publishers, self._stamps.at(step)
-        announcement = self._satellite.announce()
-        messages = encode(announcement)
-        violations = self._limits.of_decision(decision, messages)
-        if violations:
-            self._report(step, violations)
-            return
-        stamp = self._stamps.at_time(float(announcement.time[0]))
+        decision, messages = result.decision, result.announced
+        stamp = self._stamps.at_time(result.time)
         blank = np.zeros((len(nodes), 6 if self._announces == "arc_length" else 2))
         parts = (messages, blank) if self._announces == "arc_length" else (blank, messages)
         torque = decision.wheel_torque

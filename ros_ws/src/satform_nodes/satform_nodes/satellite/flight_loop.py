@@ -4,15 +4,19 @@
 
 import resource
 from collections.abc import Sequence
+from typing import Protocol
 
 from satform_msgs.msg import FormationStatus
 
 from satform.common.exit_codes import EXIT_LOST
 from satform.common.name_list import listed
+from satform.flight.compile import FormationPlan
+from satform.protocol.formation_view import FormationView
 from satform.record.early_end import EarlyEnd
+from satform_nodes.runtime.formation_node import FormationNode
 from satform_nodes.runtime.lifecycle import discovery_timeout, exit_code_of, plant_timeout
 from satform_nodes.runtime.signals import StopRequest
-from satform_nodes.satellite.node import SatelliteNode
+from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
 from satform_nodes.transport.executor import StepExecutor
 from satform_nodes.transport.node_error import NodeError
 
@@ -20,7 +24,63 @@ _KILOBYTE = 1024
 """Unit in which Linux reports the memory of a process, bytes."""
 
 
-def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: StopRequest) -> int:
+class FlownSteps(Protocol):
+    """Steps of a satellite or of a group.
+
+    Attributes:
+        view: membership and communication graph, by the status of the plant.
+        step: the one that comes next.
+        flying: whether it takes part.
+    """
+
+    view: FormationView
+    step: int
+    flying: bool
+
+    @property
+    def pulse(self) -> int:
+        """Number of messages of the plant."""
+
+
+class FlownNode(Protocol):
+    """What flies: the node of a satellite, or of a group that exchanges arrays.
+
+    Attributes:
+        node: of ROS.
+        name: of the node.
+        plan: of the flight's parts.
+        report: pipe to the supervisor.
+    """
+
+    node: FormationNode
+    name: str
+    plan: FormationPlan
+    report: SupervisorPipe
+
+    @property
+    def steps(self) -> FlownSteps:
+        """Its steps."""
+
+    def matched(self) -> bool:
+        """Whether all required endpoints are matched."""
+
+    def offer(self) -> None:
+        """Publish that it is ready."""
+
+    def retransmit(self) -> None:
+        """Publish the last messages again."""
+
+    def command_zero(self) -> None:
+        """Publish commands of zero: the plant is lost."""
+
+    def wait_for_acknowledgement(self) -> None:
+        """Wait until the last messages are acknowledged, for a bounded time."""
+
+    def report_result(self) -> None:
+        """Send figures to the supervisor."""
+
+
+def fly_all(satellites: Sequence[FlownNode], executor: StepExecutor, stop: StopRequest) -> int:
     """Fly the satellites of one process until the plant publishes the end of the flight.
 
     Args:
@@ -46,7 +106,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
         sentence = f"{names}: neighbours and plant have not been found within {longest:g} s"
         raise NodeError(sentence, EXIT_LOST)
     for satellite in satellites:
-        satellite.steps.offer()
+        satellite.offer()
         satellite.report.send("ready", node=satellite.name)
     satellites[0].node.get_logger().info(f"{names}: ready")
 
@@ -68,7 +128,7 @@ def fly_all(satellites: Sequence[SatelliteNode], executor: StepExecutor, stop: S
     return exit_code_of(stop, satellites[0].steps.view.ended)
 
 
-def _finish(satellites: Sequence[SatelliteNode], *, in_time: bool) -> None:
+def _finish(satellites: Sequence[FlownNode], *, in_time: bool) -> None:
     """Report the result, and wait until the last messages are acknowledged.
 
     Raises:

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Program of several satellites in one process, which communicate over DDS all the same."""
+"""Program of several satellites in one process: each with its topics, or a group that exchanges arrays."""
 
 import sys
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from satform_nodes.runtime.lifecycle import plan_of, reject_sim_time, run
 from satform_nodes.runtime.parameters import declare_start
 from satform_nodes.runtime.signals import StopRequest
 from satform_nodes.runtime.supervisor_pipe import SupervisorPipe
+from satform_nodes.satellite.array_group import ArrayGroup
 from satform_nodes.satellite.batched_step import batch_satellites
 from satform_nodes.satellite.flight_loop import fly_all
 from satform_nodes.satellite.node import SatelliteNode
@@ -32,7 +33,13 @@ def fly(node: FormationNode, executor: StepExecutor, stop: StopRequest, report: 
     """Make a node for each satellite of the group, and fly them on one executor."""
     recorded, checkpoints, rate = declare_settings(node)
     names = declare_start(node, "satellites")
+    declare_start(node, "groups")
     plan = plan_of(node)
+    if plan.groups is not None:
+        if rate > 0.0:
+            raise NodeError("groups that exchange arrays fly in lockstep, not with a rate", EXIT_BAD_INPUT)
+        group = ArrayGroup(node, executor, plan, plan.groups, report, recorded=recorded)
+        return fly_all([group], executor, stop)
     if not any(names):
         sentence = f"{node.get_name()} needs the parameter satellites: names from the scenario"
         raise NodeError(sentence, EXIT_BAD_INPUT)

@@ -117,6 +117,10 @@ class SatelliteNode:
         """Whether all required endpoints are matched."""
         return self.subscriptions.endpoints.complete(self.steps.view.lost)
 
+    def offer(self) -> None:
+        """Publish that this satellite is ready, since all its endpoints are matched."""
+        self.steps.offer()
+
     def publish_ready(self) -> None:
         """Publish that this satellite is ready, and the checkpoint from which it would continue."""
         self._duplicate.note_ready()

@@ -1,6 +1,6 @@
 # Copyright 2026 satform contributors
 # SPDX-License-Identifier: Apache-2.0
-"""Layouts of fixed-size messages (`satform.communication.cdr_layout`) from rosidl's Python classes.
+"""Layouts of messages of fixed size (`cdr_layout`, `array_layout`) from rosidl's Python classes.
 
 The layout is derived from the message's own definition, so a changed `.msg` file changes it; a test holds it
 against rosidl's own serialisation.
@@ -12,9 +12,10 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
+from satform.communication.array_layout import ArrayLayout
 from satform.communication.cdr_layout import Layout, Lengths
 
-__all__ = ["Layout", "Lengths", "layout"]
+__all__ = ["Layout", "Lengths", "array_layout", "layout"]
 
 _ARRAY = re.compile(r"(\w+)\[(\d+)\]")
 """Type and length of an array of fixed length."""
@@ -43,6 +44,28 @@ def layout(message_type: Any, frame: str, lengths: Lengths = ()) -> Layout:
         (name, _IN_MSG_FILES.get(kind, kind)) for name, kind in _flatten(message_type, "", dict(lengths))
     )
     return Layout(message_type.__name__, fields, frame)
+
+
+@cache
+def array_layout(message_type: Any, frame: str, lengths: Lengths) -> ArrayLayout:
+    """The layout of a message type with lists of many numbers, derived once.
+
+    Args:
+        message_type: rosidl's Python class of the message.
+        frame: text of `header.frame_id` in all its messages.
+        lengths: name and length of every list in all its messages.
+
+    Raises:
+        ValueError: the message does not begin with a header, or has a field whose size is not fixed.
+    """
+    counts = dict(lengths)
+    fields = []
+    for name, kind in _flatten(message_type, "", {}):
+        sequence = _SEQUENCE.fullmatch(kind)
+        element = sequence[1] if sequence else kind
+        count = counts[name] if sequence else 0
+        fields.append((name, _IN_MSG_FILES.get(element, element), count))
+    return ArrayLayout(message_type.__name__, fields, frame)
 
 
 def _flatten(message_type: Any, prefix: str, lengths: dict[str, int]) -> Iterator[tuple[str, str]]:

@@ -3,6 +3,8 @@
 """Layout of the messages of each topic of a flight, which of their numbers may have any value, validators."""
 
 from satform.communication import topic_table
+from satform.communication.array_layout import ArrayLayout
+from satform.communication.array_validator import ArrayValidator
 from satform.communication.covariance_check import covariance_complaint
 from satform.communication.message_validator import (
     EARLIER_STAMPS,
@@ -12,8 +14,8 @@ from satform.communication.message_validator import (
     RejectionCounter,
 )
 from satform.communication.sim_time import Stamps
-from satform.communication.topic_table import TopicPlan, lengths_of
-from satform_nodes.transport.cdr_codec import Layout, layout
+from satform.communication.topic_table import NUMBERS_OF_A_SATELLITE, Channel, TopicPlan, lengths_of
+from satform_nodes.transport.cdr_codec import Layout, array_layout, layout
 from satform_nodes.transport.compiled import new_validator
 from satform_nodes.transport.topic_types import TYPES
 
@@ -84,3 +86,22 @@ def validator_of(
         further=covariance_complaint if kind == "navigation_estimate" else None,
     )
     return new_validator(topic, form_of(kind, plan, satellite), rejections, stamps, rules)
+
+
+def array_form_of(channel: Channel) -> ArrayLayout:
+    """Layout of the messages of a topic with arrays."""
+    numbers = NUMBERS_OF_A_SATELLITE[channel.kind]
+    lengths = tuple((name, count * channel.satellites) for name, count in numbers.items())
+    return array_layout(TYPES[channel.kind], topic_table.FRAME, lengths)
+
+
+def array_validator_of(channel: Channel, rejections: RejectionCounter, stamps: Stamps) -> ArrayValidator:
+    """Validator of the messages of a topic with arrays.
+
+    Args:
+        channel: the topic.
+        rejections: counts the rejected messages.
+        stamps: of the scenario's steps.
+    """
+    form = array_form_of(channel)
+    return ArrayValidator(channel.topic, form, rejections, stamps, exact=channel.kind not in EARLIER_STAMPS)

@@ -9,7 +9,7 @@ from functools import partial
 
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
-from satform.communication.topic_table import LOCKSTEP_DEPTH, RECORDER_WINDOW
+from satform.communication.topic_table import LOCKSTEP_DEPTH, RECORDER_WINDOW, Channel
 
 _VOLATILE = partial(
     QoSProfile,
@@ -31,6 +31,10 @@ plant waits for every satellite at each step and for the recorder within `RECORD
 waits for none. The depth is not larger: until a killed subscription is timed out, a publisher keeps all
 messages that this subscription has not acknowledged, and a new subscription has to skip them first, which
 takes longer the more there are."""
+
+ARRAYS = _VOLATILE(depth=LOCKSTEP_DEPTH)
+"""Publisher of, and subscription to, one array in each step: `group_state`, `group_command`, `group_phase`,
+`group_tracking`. In large formations `arrays` gives it less depth, since an array may have a megabyte."""
 
 LOCKSTEP_READER = _VOLATILE(depth=64 * RECORDER_WINDOW)
 """Subscription that needs every message: the recorder's to all topics with one message in each step and to
@@ -69,3 +73,13 @@ TRANSFORMS = _VOLATILE(depth=100)
 MARKERS = _TRANSIENT_LOCAL(depth=1)
 """Publisher of the display's `/formation/markers`, `pose` and `path`: the newest message, also for late
 subscriptions."""
+
+
+def publisher_profile(channel: Channel) -> QoSProfile:
+    """Profile of the publishers of plant, satellites and groups on a topic."""
+    return arrays(channel) if channel.satellites else PUBLISHER_BY_RHYTHM[channel.rhythm]
+
+
+def arrays(channel: Channel) -> QoSProfile:
+    """`ARRAYS` with the depth of a topic: twice the steps by which the plant may be ahead of the recorder."""
+    return _VOLATILE(depth=channel.depth)
