@@ -338,7 +338,7 @@ class LiveSocket(WebSocketHandler):
             self._reply(None, success=False, text=f"the request was not understood: {error}")
             return
         if hands is None:
-            self._reply(number, success=False, text="this page looks only; start it with --control")
+            self._reply(number, success=False, text="this page only shows; start it with --control")
             return
         hands.ask(request, lambda **outcome: self._reply(number, **outcome))
 

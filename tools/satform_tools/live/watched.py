@@ -21,10 +21,10 @@ from satform_tools.live.ros_flight import RosFlight
 from satform_tools.live.ros_hands import RosHands
 from satform_tools.run.page_options import PageOptions
 
-_LINGERS = 5.0
+_VIEWER_TIMEOUT = 5.0
 """Wall-clock time after the end of a flight for which a page may still be opened, s."""
 
-_APPEARS = 120.0
+_START_TIMEOUT = 120.0
 """Wall-clock time within which a flight that was started beside this has to be there, s."""
 
 _POLLING = 0.1
@@ -63,7 +63,7 @@ def _ended(flight: RosFlight) -> Callable[[int], bool]:
             since.clear()
             return False
         since[:] = since or [time.monotonic()]
-        return time.monotonic() - since[0] > _LINGERS
+        return time.monotonic() - since[0] > _VIEWER_TIMEOUT
 
     return ended
 
@@ -80,12 +80,12 @@ def watch_run_of(process: int, namespace: str | None, options: PageOptions, foun
     Raises:
         CommandError: the process starts no flight in time.
     """
-    end = time.monotonic() + _APPEARS
+    end = time.monotonic() + _START_TIMEOUT
     while not (runs := [run for run in registered_runs() if run.process == process]):
         if time.monotonic() > end:
-            raise CommandError(f"no flight appears within {_APPEARS:g} s, so the page has nothing to show")
+            raise CommandError(f"no flight starts within {_START_TIMEOUT:g} s, so nothing is to be shown")
         time.sleep(_POLLING)  # between two looks at the registry of runs
-    with observer_node.observe(runs[0].domain, _APPEARS, namespace) as observer:
+    with observer_node.observe(runs[0].domain, _START_TIMEOUT, namespace) as observer:
         if options.foxglove:
             return foxglove_server.serve(observer, options, found)
         return watch(observer, options, found)

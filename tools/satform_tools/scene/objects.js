@@ -139,7 +139,8 @@ const sceneObjects = (() => {
       if (space.hidden.has(index)) continue;
       const own = tint(space, space.colour(index));
       let before = flight.moments ? world(flight.place(0, index)) : null;
-      for (let row = stride; row < flight.moments; row += stride) {
+      for (let row = 0; row < flight.moments - 1;) {
+        row = Math.min(row + stride, flight.moments - 1);
         const next = world(flight.place(row, index));
         found.add(before, next, own);
         before = next;
@@ -293,7 +294,7 @@ const sceneObjects = (() => {
   function drawFill(space) {
     const { three, layers: found, points } = space;
     const triangles = space.flights.map((flight, number) => (flight.triangle ? points.filter((point) => point.flight === number) : []));
-    const corners = triangles.filter((three) => three.length === 3).flat().flatMap((point) => point.at);
+    const corners = triangles.filter((own) => own.length === 3).flat().flatMap((point) => point.at);
     found.fill.geometry.dispose();
     found.fill.geometry = new three.BufferGeometry();
     found.fill.geometry.setAttribute("position", new three.BufferAttribute(new Float32Array(corners), 3));

@@ -298,7 +298,7 @@ def verify(file: ResultFile, schema: ResultSchema) -> NDArray[np.int64]:
 
     Raises:
         OSError: it cannot be read.
-        ResultFileError: `read_results` or `series_of` would fail with it.
+        ResultFileError: `read_results` would fail with it, or the file of the series has another digest.
     """
     numbers = np.fromiter((result.number for result in read_results(file, schema)), dtype=np.int64)
     series = series_file(file)
