@@ -17,10 +17,10 @@ from protocol_snapshots import clone, digest
 from rclpy.serialization import deserialize_message
 from satform_msgs.msg import FormationStatus
 
-from satform.bag.absence_log import happened
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan, compile_scenario
 from satform.flight.simulate import simulate
+from satform.membership.absence_log import happened
 from satform.membership.formation import Formation, TopologyChanged
 from satform.scenario import Scenario
 

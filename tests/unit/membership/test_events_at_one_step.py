@@ -11,10 +11,10 @@ import pytest
 from satform_msgs.msg import Command, FormationStatus
 
 from formations import formation
-from satform.bag.absence_log import happened
 from satform.consensus.graph import LineSpec
 from satform.flight.compile import compile_scenario
 from satform.flight.simulate import simulate
+from satform.membership.absence_log import happened
 from satform.membership.formation import (
     Event,
     Formation,

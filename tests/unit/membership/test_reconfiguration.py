@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from formations import formation
-from satform.bag.absence_log import happened
 from satform.flight.compile import compile_scenario
 from satform.flight.reconfiguration_progress import Arrival, ReconfigurationProgress
 from satform.flight.requested_targets import requested_targets
 from satform.flight.simulate import simulate
+from satform.membership.absence_log import happened
 from satform.membership.formation import ParameterChanged
 from satform.membership.membership_manager import MembershipManager
 from satform.membership.reconfiguration import Target, TargetsChanged, TargetSpec, present_targets, target_of

@@ -30,7 +30,7 @@ def fork(check):
 fork(lambda: shared_plan.scenario_and_plan(str(scenario_file)) is None)
 for seed in (1, 2):
     save_scenario(triangle.with_(seed=seed), scenario_file)
-    shared_plan.write_scenario(shared, scenario_file, load_scenario(scenario_file))
+    shared_plan.announce(shared, scenario_file)
 
     def as_in_the_file():
         scenario, plan = shared_plan.scenario_and_plan(str(scenario_file))

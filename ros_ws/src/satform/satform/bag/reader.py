@@ -16,7 +16,6 @@ from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, Message, Metadata, Schema
 
 from satform.attitude.pointing_accuracy import attitude_figures
-from satform.bag.absence_log import Absences, FormationStatus, happened
 from satform.bag.earlier_versions import renamed
 from satform.bag.errors import BagError
 from satform.bag.events import TYPES, EventError, Events, read_events
@@ -56,6 +55,7 @@ from satform.flight.command_timeout import held_steps
 from satform.flight.compile import compile_scenario, topic_plan
 from satform.flight.compile_satellite import orientations
 from satform.flight.scenario_record import with_chief
+from satform.membership.absence_log import Absences, FormationStatus, happened
 from satform.membership.formation import Plan
 from satform.record.early_end import EarlyEnd
 from satform.record.flight_record import FlightRecord

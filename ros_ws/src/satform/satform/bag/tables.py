@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from satform.bag.absence_log import Absences
 from satform.bag.errors import BagError
 from satform.bag.message_types import TopicMessages, fixed_layout
 from satform.communication.cdr_layout import Lengths
 from satform.communication.topic_table import FRAME, LOCKSTEP_DEPTH
+from satform.membership.absence_log import Absences
 
 ANNOUNCEMENTS = frozenset({"arc_length", "motion", "navigation_estimate"})
 """Kinds of topics that have a message for the state after the last step, too."""

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from satform.bag.absence_log import Absences
 from satform.communication.topic_table import Channel
 from satform.flight.compile import FormationPlan
+from satform.membership.absence_log import Absences
 from satform.protocol.formation_view import FormationView
 from satform.protocol.status import FormationStatus
 

@@ -96,7 +96,7 @@ def prepare() -> ForkServerContext:
 def shared_scenario() -> Path:
     """File by which the server is given the scenario of the processes that it forks next.
 
-    It is in this process's own folder for temporary files, and written by `shared_plan.write_scenario`.
+    It is in this process's own folder for temporary files, and written by `shared_plan.announce`.
     """
     return Path(multiprocessing.util.get_temp_dir()) / "scenario.pickle"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from satform.communication.satellite_groups import divide
 from satform.files.durable_file import write_durably
 from satform.flight.compile import compile_scenario
-from satform.scenario import Scenario, load_scenario, save_scenario
+from satform.scenario import Scenario, save_scenario
 from satform.scenario.deployment import HostSpec
 from satform.scenario.loader import SCENARIO_FILE
 from satform_bringup import BAG_FOLDER, CHECKPOINT_FOLDER, GROUPS_FILE, LOG_FOLDER, PROCESSES_FILE
@@ -110,9 +110,7 @@ def fly(
             environment or {}
         )
         save_scenario(scenario, scenario_file)
-        shared_plan.write_scenario(
-            process_server.shared_scenario(), scenario_file, load_scenario(scenario_file)
-        )
+        shared_plan.announce(process_server.shared_scenario(), scenario_file)
         if groups is not None and groups_file is not None:
             write_durably(groups_file, groups.to_text().encode())
         if plan.external:

@@ -2,21 +2,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """Plan of a flight that is compiled once, in the process of which all processes of the flight are forks.
 
-The supervisor writes a file with the scenario, which it has validated, and the process server takes it before
-its next fork. A process that is no fork of such a server, or is started for another scenario file, reads and
-compiles the scenario itself.
+The supervisor writes a file with the path of the scenario file, and the process server reads and compiles
+that scenario before its next fork. A process that is no fork of such a server, or is started for another
+scenario file, reads and compiles the scenario itself.
 """
 
 import gc
 import os
-import pickle
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from satform.files.durable_file import write_durably
 from satform.flight.compile import FormationPlan, compile_scenario
-from satform.scenario import Scenario
+from satform.scenario import Scenario, ScenarioError, load_scenario
 from satform_nodes import SHARED_SCENARIO
 
 _plans: dict[str, tuple[Scenario, FormationPlan]] = {}
@@ -26,18 +25,17 @@ _taken: list[int] = []
 """When the file that was taken last was written, ns."""
 
 
-def write_scenario(file: Path, scenario_file: Path, scenario: Scenario) -> None:
-    """Write the file for the process server.
+def announce(file: Path, scenario_file: Path) -> None:
+    """Name a scenario file to the process server.
 
     Args:
-        file: that it takes.
+        file: that it reads before its next fork.
         scenario_file: which the nodes are given.
-        scenario: as it is in that file.
 
     Raises:
         OSError: it cannot be written.
     """
-    write_durably(file, pickle.dumps((str(scenario_file), scenario)))
+    write_durably(file, os.fsencode(scenario_file))
 
 
 def take_before_forks() -> None:
@@ -60,12 +58,14 @@ def _take(file: Path, server: int) -> None:
     if os.getpid() != server:
         # A fork that forks in its turn.
         return
-    with suppress(OSError):
+    # A node of it then says what is wrong with a file.
+    with suppress(OSError, ScenarioError):
         written = file.stat().st_mtime_ns
         if _taken == [written]:
             return
         _taken[:] = [written]
-        scenario_file, scenario = pickle.loads(file.read_bytes())  # noqa: S301 - this user's own, see above
+        scenario_file = os.fsdecode(file.read_bytes())
+        scenario = load_scenario(scenario_file)
         plan = compile_scenario(scenario)
         _plans.clear()
         _plans[scenario_file] = scenario, plan
