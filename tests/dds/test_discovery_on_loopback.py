@@ -10,7 +10,7 @@ import pytest
 from flights import shortened
 from flown import assert_as_in_one_process, flown, processes_of
 from satform.scenario import parse_scenario
-from satform_bringup.deployment import local_discovery
+from satform_bringup.deployment import local_discovery, participant_ports
 from satform_tools.bench.scaling import ring
 from satform_tools.cli import main as cli
 from satform_tools.report import trace as flight_trace
@@ -70,7 +70,10 @@ def test_a_flight_of_lean_nodes_has_the_bits_of_the_in_process_run(
     assert_as_in_one_process(bag)
 
 
-def test_processes_of_a_larger_run_have_the_ports_at_which_their_partners_call_them(tmp_path: Path) -> None:
+def test_processes_of_a_larger_run_have_the_ports_at_which_their_partners_call_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(participant_ports, "FEWEST_PROCESSES", 9)
     bound: dict[str, set[int]] = {}
 
     def look(_done: int, _all: int) -> None:

@@ -12,6 +12,7 @@ from satform.flight.compile import FormationPlan, compile_scenario
 from satform.scenario import parse_scenario
 from satform_bringup.deployment import middleware, participant_ports
 from satform_bringup.deployment.node_processes import NodeProcess, processes
+from satform_nodes import EDGES_OF_SCENARIO
 from satform_tools.bench.scaling import ring
 
 DOMAIN = 231
@@ -23,6 +24,7 @@ ALL = range(7400 + 250 * DOMAIN + 10, 7400 + 250 * DOMAIN + 210, 2)
 
 @pytest.fixture(autouse=True)
 def without_profile(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(participant_ports, "FEWEST_PROCESSES", 9)
     for name in middleware.VARIABLES:
         monkeypatch.delenv(name, raising=False)
 
@@ -65,6 +67,7 @@ def test_satellites_call_plant_recorder_neighbours_and_foreign_programs(
         partners = {own[name] for name in {"plant", "recorder"} | neighbours}
         assert called[f"s{index}"] == partners | foreign
     assert called["plant"] == set(ALL) - {own["plant"]}
+    assert [node.name for node in nodes if EDGES_OF_SCENARIO in node.environment] == ["plant"]
 
 
 def test_observers_find_the_lowest_ports_free_and_call_everyone(plan: FormationPlan, tmp_path: Path) -> None:

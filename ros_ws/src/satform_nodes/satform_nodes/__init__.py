@@ -8,3 +8,7 @@ LEAN = "SATFORM_LEAN"
 SHARED_SCENARIO = "SATFORM_SHARED_SCENARIO"
 """Environment variable of the process server: the file, in a folder of this user's, by which it is given the
 scenario that `runtime.shared_plan` compiles."""
+
+EDGES_OF_SCENARIO = "SATFORM_EDGES_OF_SCENARIO"
+"""Environment variable of the plant: when set, a satellite has discovered only those that the scenario has as
+its neighbours at some time."""

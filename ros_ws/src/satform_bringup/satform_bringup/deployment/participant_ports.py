@@ -19,13 +19,15 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from satform.communication.topic_table import channels
+from satform.communication.topic_table import PLANT, channels
 from satform.flight.compile import FormationPlan
 from satform_bringup.deployment import domain_lock, middleware
 from satform_bringup.deployment.node_processes import NodeProcess
+from satform_nodes import EDGES_OF_SCENARIO
 
-FEWEST_PROCESSES = 9
-"""Processes of a run from which on they have lists of ports: in small runs nearly all share topics."""
+FEWEST_PROCESSES = 25
+"""Processes of a run from which on they have lists of ports: in smaller ones nothing was gained by them, and
+all can become neighbours in flight."""
 
 FOLDER = "middleware"
 """In a run's folder: settings of each process's middleware."""
@@ -76,6 +78,9 @@ def assigned(
                 response=middleware.RESPONSE_ON_LOOPBACK,
                 name=f"{node.name}.xml",
             )
+            if node.name == PLANT:
+                # It rejects edges between satellites that do not call each other.
+                settings = {**settings, EDGES_OF_SCENARIO: "1"}
             found.append(replace(node, environment=settings))
         yield found
 

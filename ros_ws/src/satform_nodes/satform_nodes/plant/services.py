@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Services of the plant: pause, resume, take one step, stop, set the communication graph."""
 
+import os
 from typing import Any, Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ from satform.communication.topic_table import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Event, TopologyChanged
+from satform_nodes import EDGES_OF_SCENARIO
 from satform_nodes.plant.permitted_edges import permitted_graph
 
 PAUSE = "/formation/pause"
@@ -66,6 +68,8 @@ class FormationServices:
     def __init__(self, node: Node, control: FlightControl) -> None:
         self._control = control
         self._permitted = permitted_graph(control.plan)
+        possible = control.plan.membership.possible_graph
+        self._discovered = possible if EDGES_OF_SCENARIO in os.environ else None
         node.create_service(Trigger, relative(PAUSE), self._pause)
         node.create_service(Trigger, relative(RESUME), self._resume)
         node.create_service(Trigger, relative(STEP), self._step)
@@ -109,7 +113,7 @@ class FormationServices:
         if self._control.last_step_taken:
             return _failed(reply, "the last step has been taken")
         try:
-            graph = wanted_graph(request.adjacency, self._control.plan, self._permitted)
+            graph = wanted_graph(request.adjacency, self._control.plan, self._permitted, self._discovered)
         except ValueError as error:
             return _failed(reply, str(error))
         reply.step = self._control.schedule_event(
@@ -118,13 +122,16 @@ class FormationServices:
         return _done(reply, f"takes effect at step {reply.step}")
 
 
-def wanted_graph(adjacency: Any, plan: FormationPlan, permitted: Graph | None = None) -> Graph:
+def wanted_graph(
+    adjacency: Any, plan: FormationPlan, permitted: Graph | None = None, discovered: Graph | None = None
+) -> Graph:
     """Validate the graph of a request.
 
     Args:
         adjacency: row-major, of zeros and ones, shape (N * N,).
         plan: of the flight's parts.
         permitted: edges for which satellites have permissions; None when they need none.
+        discovered: edges between satellites that have discovered each other; None when all have.
 
     Returns:
         The graph.
@@ -144,6 +151,8 @@ def wanted_graph(adjacency: Any, plan: FormationPlan, permitted: Graph | None = 
     if plan.announces == "motion":
         raise ValueError("a satellite that follows a neighbour needs its messages at every step")
     _require_possible(matrix > plan.membership.possible_graph.adjacency, plan)
+    if discovered is not None:
+        _require_discovered(matrix > discovered.adjacency, plan)
     if permitted is not None:
         _require_permitted(matrix > permitted.adjacency, plan)
     return Graph(matrix)
@@ -163,6 +172,16 @@ def _require_possible(new: NDArray[np.bool_], plan: FormationPlan) -> None:
         raise ValueError(
             f"{receiver} has no link from {sender} in this scenario, which has a field "
             "links: only edges that the scenario has at some time can be used"
+        )
+
+
+def _require_discovered(new: NDArray[np.bool_], plan: FormationPlan) -> None:
+    """Raise if edges are wanted between satellites that have not discovered each other."""
+    if new.any():
+        receiver, sender = _ends_of_first(new, plan)
+        raise ValueError(
+            f"{receiver} has not discovered {sender}: in a run of many processes only edges can be used that "
+            "the scenario has at some time; add it to the field graph_schedule"
         )
 
 
