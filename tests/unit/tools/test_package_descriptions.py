@@ -44,6 +44,7 @@ DEPENDENCIES = {
             "std_msgs",
             "std_srvs",
             "tf2_msgs",
+            "type_description_interfaces",
             "visualization_msgs",
         )
     },

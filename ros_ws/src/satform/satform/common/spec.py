@@ -247,9 +247,18 @@ class Plugin:
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
         """All kinds, as the schema of a union that is told apart by them."""
+        return handler(self._with_all_kinds(schema))
+
+    def _with_all_kinds(self, schema: Any) -> Any:
+        """A schema in which the union of all kinds stands in place of this plugin's validator.
+
+        Further validators of the same field may be around it.
+        """
+        if schema["type"] in {"function-before", "function-after", "function-wrap"}:
+            return {**schema, "schema": self._with_all_kinds(schema["schema"])}
         if schema["type"] != "function-plain":
-            return handler(schema)
-        return handler(TypeAdapter(self._union(Spec)).core_schema)
+            return schema
+        return TypeAdapter(self._union(Spec)).core_schema
 
     def _union(self, source: Any) -> Any:
         """The type of all registered specifications."""
