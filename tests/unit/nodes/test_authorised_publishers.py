@@ -11,6 +11,7 @@ from satform.communication.message_validator import RejectionCounter
 from satform_nodes.transport import authorised_publishers
 from satform_nodes.transport.authorised_publishers import UNDECIDED, AuthorisedPublishers
 from satform_nodes.transport.deserialization import deserialize_or_reject
+from satform_nodes.transport.filtered_subscription import FilteredSubscription
 
 TOPIC = "/sat1/command"
 
@@ -212,3 +213,38 @@ def test_a_node_of_another_namespace_is_not_the_one_of_the_same_name(
         (TOPIC, "/f2/sat1 is not authorised"): 1,
         (TOPIC, "/sat1 is not authorised"): 1,
     }
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["arrived in time", "of a node that is not known yet"])
+def test_a_late_message_of_a_lost_process_does_not_stand_for_the_next_one(
+    known: bool, authorised: AuthorisedPublishers, graph: Graph, clock: SimpleNamespace
+) -> None:
+    queue: list[tuple[bytes, bytes]] = []
+    heard: list[bytes] = []
+    taker = SimpleNamespace(take=lambda _subscription: queue.pop(0) if queue else None)
+    filtered = FilteredSubscription(
+        SimpleNamespace(),
+        authorised,
+        lambda data, _name: heard.append(data),
+        taker,  # type: ignore[arg-type]
+    )
+    first, second, third = map(writer, range(3))
+    graph.owner[first] = "sat1"
+    queue.append((b"of the first", first))
+    assert filtered.take_one()
+    authorised.allow_replacement("sat1")
+    # The second process came back and was lost before anything of it was needed; its message has arrived.
+    if known:
+        graph.owner[second] = "sat1"
+    queue.append((b"of the second", second))
+    if not known:
+        assert not filtered.take_one()
+    filtered.finish()
+    authorised.allow_replacement("sat1")
+    graph.owner |= {second: "sat1", third: "sat1"}
+    clock.now += 10.0
+    filtered.retry_held()
+    queue += [(b"late, of the second", second), (b"of the third", third), (b"again", third)]
+    filtered.take_all()
+    assert heard[-2:] == [b"of the third", b"again"]
+    assert (b"of the second" in heard) is known

@@ -12,14 +12,7 @@ from satform.communication.sim_time import Stamps
 
 
 class ArrayMessage(NamedTuple):
-    """A valid message.
-
-    Attributes:
-        seconds: of its stamp.
-        nanoseconds: of its stamp.
-        step: its number.
-        fields: all of its fields by name, lists as arrays.
-    """
+    """A valid message: seconds and nanoseconds of its stamp, step, all fields by name, lists as arrays."""
 
     seconds: int
     nanoseconds: int

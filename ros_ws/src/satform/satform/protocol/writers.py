@@ -54,6 +54,11 @@ class AuthorisedWriters:
             self._open.add(name)
             self._rejected.clear()
 
+    def reject_former(self, writer: bytes) -> None:
+        """Never accept a writer that is not known: it belongs to a process whose loss is known."""
+        if writer not in self._name_of:
+            self._former[writer] = "its process has been lost"
+
     def decide(self, writer: bytes, name: str) -> str | None:
         """Accept a new writer from now on, or remember why it is rejected.
 

@@ -11,11 +11,11 @@ from rclpy.node import Node
 from satform_msgs.srv import SetGraph
 from std_srvs.srv import Trigger
 
+import satform_nodes
 from satform.communication.topic_table import relative
 from satform.consensus.graph import Graph
 from satform.flight.compile import FormationPlan
 from satform.membership.formation import Event, TopologyChanged
-from satform_nodes import EDGES_OF_SCENARIO
 from satform_nodes.plant.permitted_edges import permitted_graph
 
 PAUSE = "/formation/pause"
@@ -69,7 +69,7 @@ class FormationServices:
         self._control = control
         self._permitted = permitted_graph(control.plan)
         possible = control.plan.membership.possible_graph
-        self._discovered = possible if EDGES_OF_SCENARIO in os.environ else None
+        self._discovered = possible if satform_nodes.EDGES_OF_SCENARIO in os.environ else None
         node.create_service(Trigger, relative(PAUSE), self._pause)
         node.create_service(Trigger, relative(RESUME), self._resume)
         node.create_service(Trigger, relative(STEP), self._step)

@@ -303,7 +303,7 @@ class RecorderNode:
     def take_arrived(self, satellite: int) -> None:
         """Take the messages of a satellite that have arrived."""
         for subscription in self._subscriptions.get(satellite, ()):
-            self._executor.take_arrived(subscription)
+            self._executor.finish(subscription)
 
     def publish_progress(self, step: int) -> None:
         """Tell the plant that all messages up to a step are in the bag."""

@@ -194,7 +194,11 @@ class SatelliteNode:
 
     def _on_status(self, data: bytes, _name: str) -> None:
         status = deserialize_or_reject(data, FormationStatus, topic_table.STATUS, self.rejections)
-        if status is not None and not self.steps.take_status(status):
+        if status is None:
+            return
+        # One that is back already may have published by its next process.
+        self.subscriptions.finish({*status.lost} - {*status.rejoined})
+        if not self.steps.take_status(status):
             self.rejections.add(topic_table.STATUS, "not about this formation")
 
     def _on_announcement(self, neighbour: int, validator: MessageValidator, data: bytes, _name: str) -> None:

@@ -107,6 +107,14 @@ class SatelliteSubscriptions:
                 self._subscribe_to(neighbour, kind, self._handlers.estimate, f"{kind} {neighbour}")
             )
 
+    def finish(self, lost: Collection[str]) -> None:
+        """Take what has arrived of neighbours that are lost; later messages of their processes are late."""
+        for index in self._authorised if lost else ():
+            if self._names[index] in lost:
+                for what in (index, f"navigation_estimate {index}"):
+                    if what in self.subscriptions:
+                        self._executor.finish(self.subscriptions[what])
+
     def allow_replacement(self, lost: Collection[int]) -> None:
         """Accept restarted processes of lost neighbours as publishers."""
         for index, all_authorised in self._authorised.items():

@@ -70,6 +70,10 @@ class AuthorisedPublishers:
         """Accept one more writer of a node that has been lost, since it may be restarted."""
         self._writers.allow_replacement(name)
 
+    def reject_former(self, writer: bytes) -> None:
+        """Never accept a writer whose node is not known yet: it belongs to a process whose loss is known."""
+        self._writers.reject_former(writer)
+
     def who(self, writer: bytes) -> str | None:
         """Name of the authorised node that a message is from.
 

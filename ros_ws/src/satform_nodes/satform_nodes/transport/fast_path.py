@@ -195,9 +195,13 @@ class FastPathExecutor(SingleThreadedExecutor):
             self._background.append(filtered)
         return subscription
 
-    def take_arrived(self, subscription: Any) -> None:
-        """Call the callback of a subscription of the fast path with all messages that have arrived."""
-        self._filtered[id(subscription)].take_all()
+    def finish(self, subscription: Any) -> None:
+        """Take all messages that have arrived from a process that is lost; its writer counts no longer.
+
+        Args:
+            subscription: of the fast path, as `subscribe` returned it.
+        """
+        self._filtered[id(subscription)].finish()
 
     def unsubscribe(self, node: Node, subscription: Any) -> None:
         """Remove a subscription that is not vital.

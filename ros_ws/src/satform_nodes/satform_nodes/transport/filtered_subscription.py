@@ -83,6 +83,17 @@ class FilteredSubscription:
             taken = True
         return taken
 
+    def finish(self) -> None:
+        """Pass on what has arrived of a process that is lost, and reject its writer if that is not known yet.
+
+        Otherwise a late message of it could be taken for the first one of the process that follows.
+        """
+        self.take_all()
+        for writer in self._held:
+            if self._authorised is not None:
+                self._authorised.reject_former(writer)
+        self._held.clear()
+
     def retry_held(self) -> None:
         """Pass on messages that were held back, if their node is known by now, in order."""
         for writer, messages in list(self._held.items()):
